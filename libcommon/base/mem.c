@@ -1,0 +1,116 @@
+#include "base/mem.h"
+
+#include <stdarg.h>
+#ifdef VOL_FAULTS
+#include <stdatomic.h>
+#endif
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+
+/* In builds with -DVOL_FAULTS the environment's VOL_FAULT=malloc:N makes the N-th allocation of the run fail, so that a
+ * test can walk through all of them. */
+#ifdef VOL_FAULTS
+static bool fault_is_due(void)
+{
+    static atomic_long count;
+    const char *fault = getenv("VOL_FAULT");
+    long number = atomic_fetch_add(&count, 1) + 1;
+    return fault && !strncmp(fault, "malloc:", 7) && strtol(fault + 7, NULL, 10) == number;
+}
+#else
+static bool fault_is_due(void) { return false; }
+#endif
+
+/* count * size; false where nothing should be allocated. */
+static bool product(size_t count, size_t size, size_t *bytes)
+{
+    return !__builtin_mul_overflow(count, size, bytes) && !fault_is_due();
+}
+
+void *vol_alloc(size_t count, size_t size)
+{
+    size_t bytes;
+    return product(count, size, &bytes) ? malloc(bytes ? bytes : 1) : NULL;
+}
+
+void *vol_alloc_zero(size_t count, size_t size)
+{
+    size_t bytes;
+    return product(count, size, &bytes) ? calloc(bytes ? bytes : 1, 1) : NULL;
+}
+
+void *vol_alloc_aligned(size_t alignment, size_t count, size_t size)
+{
+    size_t bytes;
+    void *block = NULL;
+    if (!product(count, size, &bytes) || posix_memalign(&block, alignment, bytes ? bytes : 1) != 0)
+        return NULL;
+    return block;
+}
+
+void *vol_resize(void *old, size_t count, size_t size)
+{
+    size_t bytes;
+    return product(count, size, &bytes) ? realloc(old, bytes ? bytes : 1) : NULL;
+}
+
+char *vol_copy_text(const char *text)
+{
+    size_t size = strlen(text) + 1;
+    char *copy = vol_alloc(size, 1);
+    return copy ? memcpy(copy, text, size) : NULL;
+}
+
+char *vol_format_text(const char *format, ...)
+{
+    va_list args, again;
+    va_start(args, format);
+    va_copy(again, args);
+    int length = vsnprintf(NULL, 0, format, args);
+    va_end(args);
+    char *text = length < 0 ? NULL : vol_alloc((size_t)length + 1, 1);
+    if (text)
+        vsnprintf(text, (size_t)length + 1, format, again);
+    va_end(again);
+    return text;
+}
+
+VolStatus vol_fail_memory(VolError *err, size_t bytes)
+{
+    if (bytes == 0) /* the caller cannot tell */
+        return vol_fail(err, VOL_NOMEM, "out of memory");
+    return vol_fail(err, VOL_NOMEM, "out of memory: %zu bytes wanted", bytes);
+}
+
+void vol_bytes_free(VolBytes *bytes)
+{
+    if (bytes->mapped)
+        munmap(bytes->data, bytes->size);
+    else
+        free(bytes->data);
+    *bytes = (VolBytes){0};
+}
+
+VolStatus vol_bytes_append(VolBytes *bytes, size_t *capacity, const void *data, size_t size, VolError *err)
+{
+    size_t wanted;
+    if (__builtin_add_overflow(bytes->size, size, &wanted))
+        return vol_fail_memory(err, SIZE_MAX);
+    if (wanted > *capacity) {
+        size_t grown = *capacity > SIZE_MAX / 2 ? wanted : *capacity * 2;
+        if (grown < wanted)
+            grown = wanted;
+        unsigned char *moved = vol_resize(bytes->data, grown, 1);
+        if (!moved)
+            return vol_fail_memory(err, grown);
+        bytes->data = moved;
+        *capacity = grown;
+    }
+    if (size)
+        memcpy(bytes->data + bytes->size, data, size);
+    bytes->size = wanted;
+    return VOL_OK;
+}

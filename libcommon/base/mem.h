@@ -1,0 +1,33 @@
+/* Allocation with overflow-checked sizes, and the bytes of a file in memory. */
+#ifndef VOL_BASE_MEM_H
+#define VOL_BASE_MEM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/status.h"
+
+/* NULL on overflow or want of memory.  A count or size of 0 gives a valid pointer.  Released with free(). */
+void *vol_alloc(size_t count, size_t size);        /* uninitialised */
+void *vol_alloc_zero(size_t count, size_t size);
+void *vol_alloc_aligned(size_t alignment, size_t count, size_t size); /* alignment: a power of two >= 8 */
+void *vol_resize(void *old, size_t count, size_t size);
+char *vol_copy_text(const char *text);
+char *vol_format_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+/* "out of memory" as a status, for the many places that need just this. */
+VolStatus vol_fail_memory(VolError *err, size_t bytes);
+
+/* A block of bytes that is either allocated or a mapped file. */
+typedef struct VolBytes {
+    unsigned char *data;
+    size_t size;
+    bool mapped;
+} VolBytes;
+
+void vol_bytes_free(VolBytes *bytes);
+
+/* Appends to an allocated block that grows by doubling; `capacity` is the caller's. */
+VolStatus vol_bytes_append(VolBytes *bytes, size_t *capacity, const void *data, size_t size, VolError *err);
+
+#endif
