@@ -1,0 +1,262 @@
+#include "cmd/shell/program.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "cmd/shell/shell.h"
+
+/* ---- what programs call ---- */
+
+bool run_given(const Run *run, const char *option) { return vol_given(run->line, run->table, run->rows, option); }
+
+const char *run_input(const Run *run) { return run->line->operands.count ? run->line->operands.words[0] : "-"; }
+
+static bool fake_terminal(const VolCommonOptions *common, const char *which)
+{
+    return common->fake_tty && strstr(common->fake_tty, which);
+}
+
+VolStatus run_read(const Run *run, const char *path, VolBytes *out, VolError *err)
+{
+    static bool stdin_taken;
+    *out = (VolBytes){0};
+    if (!strcmp(path, "-")) {
+        if (stdin_taken)
+            return vol_fail(err, VOL_USAGE, "cannot read 'stdin': it has been read already");
+        stdin_taken = true;
+        if (fake_terminal(run->common, "in") && !run->common->force)
+            return vol_refuse_input_terminal("stdin", err);
+    }
+    return vol_read_whole(path, run->common->force, out, err);
+}
+
+static VolOutOptions out_options(const Run *run, bool binary)
+{
+    return (VolOutOptions){.binary = binary, .allow_terminal = run->common->force};
+}
+
+VolStatus run_check_output(const Run *run, bool binary, VolError *err)
+{
+    const char *path = run->common->output;
+    if (binary && !run->common->force && !strcmp(path, "-") && fake_terminal(run->common, "out"))
+        return vol_refuse_output_terminal("stdout", err);
+    return vol_check_output(path, out_options(run, binary), err);
+}
+
+VolStatus run_write(const Run *run, const void *data, size_t size, bool binary, VolError *err)
+{
+    VolStatus status = run_check_output(run, binary, err);
+    if (status != VOL_OK)
+        return status;
+    return vol_write_whole(run->common->output, data, size, out_options(run, binary), err);
+}
+
+void run_progress(const Run *run, double fraction)
+{
+    (void)run;
+    shell_progress_draw(fraction);
+}
+
+/* ---- messages ---- */
+
+static void say(void *user, VolSeverity severity, const char *line)
+{
+    const Run *run = user;
+    if (severity == VOL_WARNING && !run->common->quiet)
+        shell_say(run->program->name, "warning", line);
+    if (severity == VOL_NOTE && run->common->verbose > 0)
+        shell_say(run->program->name, "note", line);
+}
+
+static void report(const Program *program, VolStatus status, const VolError *err)
+{
+    char line[1200];
+    if (status == VOL_OK || !err->text[0])
+        return;
+    if (status == VOL_USAGE)
+        snprintf(line, sizeof line, "%s (try '%s --help')", err->text, program->name);
+    shell_say(program->name, "error", status == VOL_USAGE ? line : err->text);
+}
+
+static VolStatus print_text(char *text, VolError *err) /* takes the text */
+{
+    if (!text)
+        return vol_fail_memory(err, 0);
+    VolStatus status = vol_write_whole("-", text, strlen(text), (VolOutOptions){0}, err);
+    free(text);
+    return status;
+}
+
+static char *version_text(const Program *program)
+{
+    VolCpu cpu = VOL_CPU_SCALAR;
+    vol_cpu_choose("auto", &cpu, NULL);
+    const char *libraries = program->libraries ? program->libraries : "";
+    size_t length = strlen(libraries);
+    const char *newline = length && libraries[length - 1] != '\n' ? "\n" : "";
+    return vol_format_text("%s (Pellucid) %s\n%s%scpu %s of %s\n", program->name, VOL_VERSION, libraries, newline,
+                           vol_cpu_name(cpu), vol_cpu_list());
+}
+
+/* ---- before main ---- */
+
+/* A closed stdin, stdout or stderr would give its number to the next file that is opened.  What is put in its place is
+ * open the wrong way round, so that using it fails as it should. */
+static void occupy_standard_descriptors(void)
+{
+    for (int fd = 0; fd <= 2; fd++)
+        if (fcntl(fd, F_GETFD) < 0 && errno == EBADF && open("/dev/null", fd == 0 ? O_WRONLY : O_RDONLY) < 0)
+            return;
+}
+
+static VolStatus choose_threads(Run *run, VolError *err)
+{
+    int64_t wanted = run->common->threads;
+    const char *fallback = getenv("VOL_THREADS");
+    if (wanted == 0 && fallback && *fallback)
+        if (!vol_parse_int(fallback, &wanted) || wanted < 0 || wanted > 1024)
+            return vol_fail(err, VOL_USAGE, "bad value '%s' in the environment's VOL_THREADS: 0 to 1024 is needed",
+                            fallback);
+    run->threads = vol_thread_count((int)wanted);
+    return VOL_OK;
+}
+
+static VolStatus check_operands(const Run *run, VolError *err)
+{
+    const VolTextList *operands = &run->line->operands;
+    int max = run->program->max_operands;
+    if (max >= 0 && operands->count > (size_t)max)
+        return vol_fail(err, VOL_USAGE, "unexpected operand '%s': at most %d can be given", operands->words[max], max);
+    size_t from_stdin = 0;
+    for (size_t i = 0; i < operands->count; i++)
+        from_stdin += !strcmp(operands->words[i], "-");
+    if (from_stdin > 1)
+        return vol_fail(err, VOL_USAGE, "cannot read 'stdin' %zu times: one input at most can be -", from_stdin);
+    return VOL_OK;
+}
+
+static VolStatus set_up(Run *run, VolError *err)
+{
+    const VolCommonOptions *common = run->common;
+    VolStatus status = vol_cpu_choose(common->cpu, &run->cpu, err);
+    if (status == VOL_OK)
+        status = choose_threads(run, err);
+    if (status == VOL_OK)
+        status = check_operands(run, err);
+    if (status == VOL_OK)
+        status = vol_check_output(common->output, (VolOutOptions){0}, err);
+    if (status == VOL_OK && common->stats)
+        status = vol_check_output(common->stats, (VolOutOptions){0}, err);
+    if (status != VOL_OK)
+        return status;
+    run->history_line = vol_history_line(run->program->name, run->line, run->program->record_operands);
+    if (common->stats)
+        run->stats = vol_stats_new();
+    return run->history_line && (run->stats || !common->stats) ? VOL_OK : vol_fail_memory(err, 0);
+}
+
+static bool nothing_to_do(const Run *run)
+{
+    struct stat info;
+    const char *output = run->common->output;
+    if (!run->common->no_clobber || !strcmp(output, "-") || stat(output, &info) != 0)
+        return false;
+    char line[1024];
+    snprintf(line, sizeof line, "nothing to do for '%s': it exists", output);
+    if (!run->common->quiet)
+        shell_say(run->program->name, "note", line);
+    return true;
+}
+
+/* ---- after main ---- */
+
+static VolStatus write_stats(const Run *run, VolStatus outcome, VolError *err)
+{
+    VolBytes json;
+    vol_stats_text(run->stats, "program", run->program->name);
+    vol_stats_text(run->stats, "version", VOL_VERSION);
+    vol_stats_text(run->stats, "cpu", vol_cpu_name(run->cpu));
+    vol_stats_count(run->stats, "threads", (uint64_t)run->threads);
+    vol_stats_count(run->stats, "status", (uint64_t)outcome);
+    VolStatus status = vol_stats_write(run->stats, &json, err);
+    if (status == VOL_OK)
+        status = vol_write_whole(run->common->stats, json.data, json.size, (VolOutOptions){0}, err);
+    vol_bytes_free(&json);
+    return status;
+}
+
+static VolStatus close_stdout(VolError *err)
+{
+    if (fflush(stdout) != 0 || ferror(stdout) || close(STDOUT_FILENO) != 0)
+        return vol_fail(err, VOL_IO, "cannot write 'stdout': %s", strerror(errno));
+    return VOL_OK;
+}
+
+/* ---- main ---- */
+
+static VolStatus work(Run *run, VolError *err)
+{
+    VolStatus status = set_up(run, err);
+    if (status != VOL_OK || nothing_to_do(run))
+        return status;
+    shell_progress_begin(run->program->name, run->common->progress, run->common->quiet,
+                         fake_terminal(run->common, "err"));
+    status = run->program->main(run, err);
+    const char *clear = shell_progress_clear();
+    if (write(STDERR_FILENO, clear, strlen(clear)) < 0)
+        return status; /* stderr is gone: no reason to fail */
+    return status;
+}
+
+static VolStatus run_program(Run *run, VolError *err)
+{
+    const Program *program = run->program;
+    const VolCommonOptions *common = run->common;
+    if (common->help)
+        return print_text(vol_help_text(program->name, program->summary, program->operands, run->table, run->rows), err);
+    if (common->version)
+        return print_text(version_text(program), err);
+    if (common->print_options)
+        return print_text(vol_print_options_text(run->line, run->table, run->rows), err);
+    VolStatus status = work(run, err);
+    if (!run->stats)
+        return status;
+    VolError stats_err;
+    VolStatus stats_status = write_stats(run, status, &stats_err);
+    if (stats_status != VOL_OK && status == VOL_OK) {
+        *err = stats_err;
+        status = stats_status;
+    }
+    return status;
+}
+
+int program_main(const Program *program, int argc, char **argv)
+{
+    VolError err = {""};
+    VolCommandLine line;
+    occupy_standard_descriptors();
+    shell_catch_signals();
+    VolStatus status = vol_parse_command_line(program->table, program->rows, program->options, argc, argv, &line, &err);
+    if (status == VOL_OK) {
+        Run run = {.program = program, .line = &line, .common = &line.common, .table = program->table,
+                   .rows = program->rows, .threads = 1};
+        run.log = (VolLog){.say = say, .user = &run};
+        status = run_program(&run, &err);
+        vol_stats_free(run.stats);
+        free(run.history_line);
+    }
+    VolError close_err;
+    VolStatus closed = close_stdout(&close_err);
+    if (status == VOL_OK && closed != VOL_OK) {
+        err = close_err;
+        status = closed;
+    }
+    report(program, status, &err);
+    vol_command_line_free(&line);
+    return (int)status;
+}

@@ -1,0 +1,59 @@
+/* What every program does between main() and its one job: parse, say, time, write, exit.  The only code that prints. */
+#ifndef CMD_SHELL_PROGRAM_H
+#define CMD_SHELL_PROGRAM_H
+
+#include "base/cpu.h"
+#include "base/log.h"
+#include "base/mem.h"
+#include "base/stats.h"
+#include "base/status.h"
+#include "cli/history.h"
+#include "cli/opt.h"
+#include "io/in.h"
+#include "io/out.h"
+
+typedef struct Run {
+    const struct Program *program;
+    const VolCommandLine *line;
+    const VolCommonOptions *common; /* = &line->common */
+    const VolOpt *table;
+    size_t rows;
+    VolLog log;       /* warnings always (not with -q), notes with -v; `prog: warning: ...` */
+    VolStats *stats;  /* NULL without --stats */
+    VolCpu cpu;
+    int threads;      /* resolved */
+    char *history_line; /* never NULL; whether to write it, common->no_history says */
+} Run;
+
+typedef struct Program {
+    const char *name, *summary, *operands; /* operands: for the synopsis, "[IN]" */
+    const VolOpt *table;
+    size_t rows;
+    void *options; /* the struct that the table's offsets refer to; NULL if rows is 0 */
+    int max_operands; /* -1: any number */
+    bool record_operands; /* in the history: where operands are not names of inputs (a field's name) */
+    const char *libraries; /* extra lines for --version, or NULL */
+    VolStatus (*main)(const Run *run, VolError *err);
+} Program;
+
+int program_main(const Program *program, int argc, char **argv);
+
+/* Whether the option was on the command line (or in an @FILE). */
+bool run_given(const Run *run, const char *option);
+
+/* The one input: operand 0, or "-" where there is none. */
+const char *run_input(const Run *run);
+
+/* Reads an input ("-" stdin); refuses a second reading of stdin. */
+VolStatus run_read(const Run *run, const char *path, VolBytes *out, VolError *err);
+
+/* What run_write would refuse, found before the work is done. */
+VolStatus run_check_output(const Run *run, bool binary, VolError *err);
+
+/* Writes the output to -o.  `binary`: refused on a terminal without -f.  -n is handled by program_main before main. */
+VolStatus run_write(const Run *run, const void *data, size_t size, bool binary, VolError *err);
+
+/* Progress 0..1, from one thread or under the caller's lock; draws at most 4 times a second, only where asked. */
+void run_progress(const Run *run, double fraction);
+
+#endif

@@ -1,0 +1,100 @@
+#include "cli/history.h"
+
+#include <ctype.h>
+#include <string.h>
+
+#include "base/hash.h"
+#include "cli/words.h"
+
+/* Length of a name of an open descriptor at the start of `text`, else 0. */
+static size_t descriptor_name(const char *text)
+{
+    static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
+    if (!strncmp(text, "/dev/stdin", 10))
+        return 10;
+    for (size_t i = 0; i < 2; i++) {
+        size_t length = strlen(folders[i]);
+        if (strncmp(text, folders[i], length) || !isdigit((unsigned char)text[length]))
+            continue;
+        while (isdigit((unsigned char)text[length]))
+            length++;
+        return length;
+    }
+    return 0;
+}
+
+/* The value with descriptors' names written as "-": their numbers are the shell's affair. */
+static void add_value(VolText *out, const char *value)
+{
+    VolText plain = {0};
+    while (*value) {
+        size_t length = descriptor_name(value);
+        char one[2] = {length ? '-' : *value, 0};
+        vol_text_add(&plain, one);
+        value += length ? length : 1;
+    }
+    char *text = vol_text_end(&plain);
+    if (text)
+        vol_text_add_quoted(out, text);
+    else
+        out->failed = true;
+    vol_bytes_free(&plain.bytes);
+}
+
+static void add_key(VolText *out, const char *setting)
+{
+    char key[256] = "";
+    strncat(key, setting, strcspn(setting, "=") < sizeof key ? strcspn(setting, "=") : sizeof key - 1);
+    vol_text_add_quoted(out, key);
+}
+
+static void add_use(VolText *out, const VolOptUse *use)
+{
+    vol_text_add(out, " ");
+    if (!use->option) {
+        add_value(out, use->value);
+        return;
+    }
+    vol_text_add(out, use->cleared ? "--no-" : "--");
+    vol_text_add(out, use->option->name);
+    if (use->option->kind == VOL_OPT_FLAG)
+        return;
+    vol_text_add(out, " ");
+    if (!strcmp(use->option->name, "set"))
+        add_key(out, use->value);
+    else
+        add_value(out, use->value);
+}
+
+char *vol_history_line(const char *program, const VolCommandLine *line, bool with_operands)
+{
+    VolText text = {0};
+    vol_text_add(&text, program);
+    for (size_t i = 0; i < line->use_count; i++) {
+        const VolOptUse *use = &line->uses[i];
+        if (use->option ? !use->option->unrecorded : with_operands)
+            add_use(&text, use);
+    }
+    return vol_text_end(&text);
+}
+
+char *vol_history_append(const char *prior, const char *line)
+{
+    return prior && *prior ? vol_format_text("%s\n%s", prior, line) : vol_copy_text(line);
+}
+
+void vol_args_hash(const char *history_line, const uint64_t (*input_digests)[2], size_t inputs, char out[33])
+{
+    VolHash hash;
+    uint64_t digest[2];
+    vol_hash_begin(&hash);
+    vol_hash_add(&hash, VOL_VERSION, sizeof VOL_VERSION);
+    vol_hash_add(&hash, history_line, strlen(history_line) + 1);
+    for (size_t i = 0; i < inputs; i++) {
+        char hex[33]; /* in text, so that the machine's byte order does not matter */
+        vol_hash_hex(input_digests[i], hex);
+        vol_hash_add(&hash, hex, sizeof hex);
+    }
+    vol_hash_end(&hash, digest);
+    vol_hash_hex(digest, out);
+}
