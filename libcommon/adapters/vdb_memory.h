@@ -1,0 +1,94 @@
+/* C++: streams over memory, for the OpenVDB adapter. */
+#ifndef VOL_ADAPTERS_VDB_MEMORY_H
+#define VOL_ADAPTERS_VDB_MEMORY_H
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <streambuf>
+
+namespace {
+
+/* Reads a block in place. */
+class InBuffer : public std::streambuf {
+public:
+    InBuffer(const unsigned char *data, size_t size)
+    {
+        char *begin = const_cast<char *>(reinterpret_cast<const char *>(data));
+        setg(begin, begin, begin + size);
+    }
+
+protected:
+    pos_type seekoff(off_type offset, std::ios_base::seekdir dir, std::ios_base::openmode) override
+    {
+        const off_type size = egptr() - eback();
+        const off_type base = dir == std::ios_base::cur ? gptr() - eback() : dir == std::ios_base::end ? size : 0;
+        const off_type at = base + offset;
+        if (at < 0 || at > size)
+            return pos_type(off_type(-1));
+        setg(eback(), eback() + at, egptr());
+        return pos_type(at);
+    }
+    pos_type seekpos(pos_type at, std::ios_base::openmode mode) override
+    {
+        return seekoff(off_type(at), std::ios_base::beg, mode);
+    }
+};
+
+/* Grows by doubling; release() hands the block to the caller. */
+class OutBuffer : public std::streambuf {
+public:
+    OutBuffer() = default;
+    OutBuffer(const OutBuffer &) = delete;
+    OutBuffer &operator=(const OutBuffer &) = delete;
+    ~OutBuffer() override { std::free(data_); }
+    size_t size() const { return size_; }
+    unsigned char *release()
+    {
+        unsigned char *data = data_;
+        data_ = nullptr;
+        return data;
+    }
+
+protected:
+    std::streamsize xsputn(const char *from, std::streamsize count) override
+    {
+        const size_t n = static_cast<size_t>(count);
+        if (n > capacity_ - size_)
+            grow(size_ + n);
+        std::memcpy(data_ + size_, from, n);
+        size_ += n;
+        return count;
+    }
+    int_type overflow(int_type c) override
+    {
+        if (traits_type::eq_int_type(c, traits_type::eof()))
+            return traits_type::not_eof(c);
+        const char one = traits_type::to_char_type(c);
+        xsputn(&one, 1);
+        return c;
+    }
+    pos_type seekoff(off_type offset, std::ios_base::seekdir dir, std::ios_base::openmode) override
+    {
+        return pos_type(dir == std::ios_base::cur && offset == 0 ? static_cast<off_type>(size_) : off_type(-1));
+    }
+
+private:
+    void grow(size_t wanted)
+    {
+        const size_t capacity = std::max(wanted, capacity_ > SIZE_MAX / 2 ? wanted : 2 * capacity_);
+        void *grown = std::realloc(data_, capacity);
+        if (!grown)
+            throw std::bad_alloc();
+        data_ = static_cast<unsigned char *>(grown);
+        capacity_ = capacity;
+    }
+    unsigned char *data_ = nullptr;
+    size_t size_ = 0, capacity_ = 0;
+};
+
+} // namespace
+
+#endif
