@@ -1,0 +1,273 @@
+/* Image -> EXR bytes.  Scan lines in ascending order, one block of lines after another, so the bytes depend on the image
+ * and the compression library alone: nothing is written that the caller did not ask for. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "io/exr_private.h"
+
+typedef struct Writer {
+    exr_result_t (*compress)(exr_encode_pipeline_t *encode); /* the library's */
+    VolExrStream stream;
+    exr_context_t context;
+    const VolImage *image;
+    uint64_t clamped;
+    VolError *err;
+} Writer;
+
+#define HALF_MAX 65504.0F
+
+static VolStatus writer_fail(Writer *w, exr_result_t code, const char *what)
+{
+    if (code == EXR_ERR_OUT_OF_MEMORY || vol_exr_out_of_memory())
+        return vol_fail(w->err, VOL_NOMEM, "cannot write EXR: out of memory");
+    return vol_fail(w->err, VOL_BAD_INPUT, "cannot write EXR %s: %s", what, vol_exr_why(&w->stream, code));
+}
+
+/* ---- Header -------------------------------------------------------------------------------------------------------- */
+
+static exr_result_t write_attr(exr_context_t context, int part, const VolAttr *attr)
+{
+    const double *n = attr->number;
+    switch (attr->type) {
+    case VOL_ATTR_TEXT: return exr_attr_set_string(context, part, attr->name, attr->text);
+    case VOL_ATTR_INT: return exr_attr_set_int(context, part, attr->name, (int32_t)n[0]);
+    case VOL_ATTR_FLOAT: return exr_attr_set_float(context, part, attr->name, (float)n[0]);
+    case VOL_ATTR_DOUBLE: return exr_attr_set_double(context, part, attr->name, n[0]);
+    case VOL_ATTR_V3F: {
+        exr_attr_v3f_t v = {.arr = {(float)n[0], (float)n[1], (float)n[2]}};
+        return exr_attr_set_v3f(context, part, attr->name, &v);
+    }
+    case VOL_ATTR_M44F: {
+        exr_attr_m44f_t m;
+        for (int i = 0; i < 16; i++)
+            m.m[i] = (float)n[i];
+        return exr_attr_set_m44f(context, part, attr->name, &m);
+    }
+    case VOL_ATTR_CHROMATICITIES: {
+        exr_attr_chromaticities_t c = {(float)n[0], (float)n[1], (float)n[2], (float)n[3],
+                                       (float)n[4], (float)n[5], (float)n[6], (float)n[7]};
+        return exr_attr_set_chromaticities(context, part, attr->name, &c);
+    }
+    case VOL_ATTR_OTHER: break; /* known by name only: nothing to write */
+    }
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_pixel_type_t file_type(VolPixel store)
+{
+    return store == VOL_PIXEL_HALF ? EXR_PIXEL_HALF : store == VOL_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+}
+
+static exr_compression_t file_compression(VolExrCompression compression)
+{
+    switch (compression) {
+    case VOL_EXR_NONE: return EXR_COMPRESSION_NONE;
+    case VOL_EXR_ZIPS: return EXR_COMPRESSION_ZIPS;
+    case VOL_EXR_ZIP: return EXR_COMPRESSION_ZIP;
+    case VOL_EXR_PIZ: return EXR_COMPRESSION_PIZ;
+    }
+    return EXR_COMPRESSION_ZIP;
+}
+
+static exr_attr_box2i_t file_box(VolBox2 b)
+{
+    return (exr_attr_box2i_t){.min = {.x = b.x0, .y = b.y0}, .max = {.x = b.x1, .y = b.y1}};
+}
+
+/* The required attributes, the channels, then the caller's attributes in their order. */
+static VolStatus describe_part(Writer *w, const VolPart *part, VolExrCompression compression)
+{
+    int index;
+    exr_context_t c = w->context;
+    exr_attr_box2i_t display = file_box(part->display_window), data = file_box(part->data_window);
+    exr_attr_v2f_t center = {.x = (float)part->screen_center[0], .y = (float)part->screen_center[1]};
+    exr_result_t code = exr_add_part(c, part->name, EXR_STORAGE_SCANLINE, &index);
+    if (!code)
+        code = exr_initialize_required_attr(c, index, &display, &data, (float)part->pixel_aspect, &center,
+                                            (float)part->screen_width, EXR_LINEORDER_INCREASING_Y,
+                                            file_compression(compression));
+    for (size_t i = 0; i < part->channel_count && !code; i++)
+        code = exr_add_channel(c, index, part->channels[i].name, file_type(part->channels[i].store),
+                               EXR_PERCEPTUALLY_LINEAR, 1, 1);
+    for (size_t i = 0; i < part->attr_count && !code; i++)
+        code = write_attr(c, index, &part->attrs[i]);
+    return code ? writer_fail(w, code, "header") : VOL_OK;
+}
+
+static bool needs_long_names(const VolImage *image)
+{
+    for (size_t p = 0; p < image->part_count; p++) {
+        const VolPart *part = &image->parts[p];
+        for (size_t i = 0; i < part->channel_count; i++)
+            if (strlen(part->channels[i].name) > 31)
+                return true;
+        for (size_t i = 0; i < part->attr_count; i++)
+            if (strlen(part->attrs[i].name) > 31)
+                return true;
+    }
+    return false;
+}
+
+static VolStatus check_part(const VolImage *image, size_t p, VolError *err)
+{
+    const VolPart *part = &image->parts[p];
+    VolBox2 b = part->data_window;
+    if (part->channel_count == 0)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: part %zu has no channels", p);
+    if (image->part_count > 1 && !part->name)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: part %zu of %zu has no name", p, image->part_count);
+    if (b.x1 < b.x0 || b.y1 < b.y0 || vol_box2_width(b) > INT32_MAX / 8)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: part %zu has no valid data window", p);
+    for (size_t i = 0; i < part->channel_count; i++)
+        if (!part->channels[i].data)
+            return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: channel '%s' has no pixels", part->channels[i].name);
+    return VOL_OK;
+}
+
+static VolStatus write_header(Writer *w, VolExrCompression compression)
+{
+    if (needs_long_names(w->image))
+        exr_set_longname_support(w->context, 1);
+    VolStatus status = VOL_OK;
+    for (size_t p = 0; p < w->image->part_count && !status; p++) {
+        status = check_part(w->image, p, w->err);
+        if (!status)
+            status = describe_part(w, &w->image->parts[p], compression);
+    }
+    if (status)
+        return status;
+    exr_result_t code = exr_write_header(w->context);
+    return code ? writer_fail(w, code, "header") : VOL_OK;
+}
+
+/* ---- Pixels -------------------------------------------------------------------------------------------------------- */
+
+/* The file's half has no place for values beyond 65504: they would become infinite. */
+static void clamp_lines(const float *from, float *to, size_t n, uint64_t *clamped)
+{
+    for (size_t i = 0; i < n; i++) {
+        float v = from[i];
+        if (fabsf(v) > HALF_MAX) {
+            v = v < 0 ? -HALF_MAX : HALF_MAX;
+            ++*clamped;
+        }
+        to[i] = v;
+    }
+}
+
+static void whole_lines(const float *from, uint32_t *to, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        to[i] = !(from[i] > 0) ? 0 : from[i] >= 4294967296.0F ? UINT32_MAX : (uint32_t)from[i];
+}
+
+/* Points the encoder at the lines of one chunk; `scratch` has room for one chunk of every channel. */
+static void feed_chunk(Writer *w, const VolPart *part, exr_encode_pipeline_t *encode, float *scratch)
+{
+    size_t width = vol_box2_width(part->data_window);
+    size_t n = width * (size_t)encode->chunk.height;
+    size_t first = width * (size_t)(encode->chunk.start_y - part->data_window.y0);
+    for (int i = 0; i < encode->channel_count; i++) {
+        exr_coding_channel_info_t *info = &encode->channels[i];
+        const VolChannel *channel = vol_part_channel(part, info->channel_name);
+        const void *lines = channel->data + first;
+        float *mine = scratch + (size_t)i * n;
+        if (channel->store == VOL_PIXEL_HALF) {
+            clamp_lines(channel->data + first, mine, n, &w->clamped);
+            lines = mine;
+        } else if (channel->store == VOL_PIXEL_UINT) {
+            whole_lines(channel->data + first, (uint32_t *)(void *)mine, n);
+            lines = mine;
+        }
+        info->user_data_type = channel->store == VOL_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+        info->user_bytes_per_element = 4;
+        info->user_pixel_stride = 4;
+        info->user_line_stride = (int32_t)(width * 4);
+        info->encode_from_ptr = lines;
+    }
+}
+
+/* A chunk that compression does not shrink has to be stored as it is: readers take one whose size equals that of the bare
+ * pixels for uncompressed.  OpenEXRCore 3.1 stores the compressed bytes where both are of equal size. */
+static exr_result_t compress_or_store(exr_encode_pipeline_t *encode)
+{
+    const Writer *w = encode->encoding_user_data;
+    exr_result_t code = w->compress(encode);
+    if (!code && encode->compressed_bytes >= encode->packed_bytes) {
+        memcpy(encode->compressed_buffer, encode->packed_buffer, encode->packed_bytes);
+        encode->compressed_bytes = encode->packed_bytes;
+    }
+    return code;
+}
+
+static exr_result_t write_chunk(Writer *w, int p, int32_t y, exr_encode_pipeline_t *encode, bool first, float *scratch)
+{
+    exr_chunk_info_t chunk;
+    exr_result_t code = exr_write_scanline_chunk_info(w->context, p, y, &chunk);
+    if (!code)
+        code = first ? exr_encoding_initialize(w->context, p, &chunk, encode)
+                     : exr_encoding_update(w->context, p, &chunk, encode);
+    if (code)
+        return code;
+    feed_chunk(w, &w->image->parts[p], encode, scratch);
+    if (first)
+        code = exr_encoding_choose_default_routines(w->context, p, encode);
+    if (first && !code && encode->compress_fn) {
+        w->compress = encode->compress_fn;
+        encode->compress_fn = compress_or_store;
+        encode->encoding_user_data = w;
+    }
+    return code ? code : exr_encoding_run(w->context, p, encode);
+}
+
+static VolStatus write_pixels(Writer *w, int p)
+{
+    const VolPart *part = &w->image->parts[p];
+    int32_t lines;
+    exr_result_t code = exr_get_scanlines_per_chunk(w->context, p, &lines);
+    if (code)
+        return writer_fail(w, code, "pixels");
+    size_t width = vol_box2_width(part->data_window), room;
+    if (__builtin_mul_overflow(width * (size_t)lines, part->channel_count, &room))
+        room = SIZE_MAX;
+    float *scratch = vol_alloc(room, sizeof *scratch);
+    if (!scratch)
+        return vol_fail_memory(w->err, room * sizeof *scratch);
+    exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
+    bool first = true;
+    for (int64_t y = part->data_window.y0; y <= part->data_window.y1 && !code; y += lines) {
+        code = write_chunk(w, p, (int32_t)y, &encode, first, scratch);
+        first = false;
+    }
+    exr_encoding_destroy(w->context, &encode);
+    free(scratch);
+    return code ? writer_fail(w, code, "pixels") : VOL_OK;
+}
+
+VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, VolBytes *out, uint64_t *clamped,
+                        VolError *err)
+{
+    *out = (VolBytes){0};
+    if (image->part_count == 0)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: no parts");
+    Writer w = {.image = image, .err = err};
+    exr_context_initializer_t init = vol_exr_initializer(&w.stream);
+    exr_result_t code = exr_start_write(&w.context, "memory", EXR_WRITE_FILE_DIRECTLY, &init);
+    if (code)
+        return writer_fail(&w, code, "header");
+    VolStatus status = write_header(&w, compression);
+    for (size_t p = 0; p < image->part_count && !status; p++)
+        status = write_pixels(&w, (int)p);
+    code = exr_finish(&w.context); /* writes the chunk tables */
+    if (code && !status)
+        status = writer_fail(&w, code, "chunk table");
+    if (status) {
+        vol_bytes_free(&w.stream.out);
+        return status;
+    }
+    *out = w.stream.out;
+    if (clamped)
+        *clamped += w.clamped;
+    return VOL_OK;
+}

@@ -1,0 +1,200 @@
+#include "io/pixels.h"
+
+#include <limits.h>
+#include <math.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "adapters/image.h"
+#include "base/fmath.h"
+#include "base/plugin.h"
+#include "io/exr.h"
+
+void vol_pixels_free(VolPixels *pixels)
+{
+    free(pixels->data);
+    *pixels = (VolPixels){0};
+}
+
+static VolStatus load_adapter(const VolImageAdapter **out, VolError *err)
+{
+    const void *table;
+    VolStatus status = vol_plugin("image", &table, err);
+    if (status)
+        return status;
+    *out = table;
+    if ((*out)->version != VOL_IMAGE_ADAPTER_VERSION)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot use 'pellucid-image.so': it is of another version");
+    return VOL_OK;
+}
+
+static VolStatus take(VolPixels *out, size_t width, size_t height, int channels, VolError *err)
+{
+    size_t count;
+    if (width > INT_MAX || height > INT_MAX || __builtin_mul_overflow(width * height, (size_t)channels, &count))
+        return vol_fail_memory(err, SIZE_MAX);
+    *out = (VolPixels){.width = (int)width, .height = (int)height, .channels = channels};
+    out->data = vol_alloc(count, sizeof *out->data);
+    return out->data ? VOL_OK : vol_fail_memory(err, count * sizeof *out->data);
+}
+
+/* ---- EXR ----------------------------------------------------------------------------------------------------------- */
+
+/* Which channels make the picture: R G B [A], Y, or the only one.  Returns how many, 0 for none. */
+static int choose_channels(const VolPart *part, const float *planes[4])
+{
+    static const char *const names[] = {"R", "G", "B", "A"};
+    int n = 0;
+    for (; n < 4; n++) {
+        const VolChannel *channel = vol_part_channel(part, names[n]);
+        if (!channel)
+            break;
+        planes[n] = channel->data;
+    }
+    if (n >= 3)
+        return n;
+    const VolChannel *y = vol_part_channel(part, "Y");
+    if (!y && part->channel_count == 1)
+        y = &part->channels[0];
+    if (!y)
+        return 0;
+    planes[0] = y->data;
+    return 1;
+}
+
+static VolStatus from_exr(const VolBytes *bytes, const char *name, VolPixels *out, VolError *err)
+{
+    VolImage image;
+    VolStatus status = vol_exr_read(bytes, name, &image, err);
+    if (status)
+        return status;
+    const VolPart *part = &image.parts[0];
+    const float *planes[4];
+    int channels = choose_channels(part, planes);
+    size_t width = vol_box2_width(part->data_window), height = vol_box2_height(part->data_window);
+    if (channels == 0)
+        status = vol_fail(err, VOL_BAD_INPUT, "cannot use EXR '%s': no channels R G B, nor Y, nor a single one", name);
+    else
+        status = take(out, width, height, channels, err);
+    for (size_t i = 0; i < width * height && !status; i++)
+        for (int c = 0; c < channels; c++)
+            out->data[i * (size_t)channels + (size_t)c] = planes[c][i];
+    vol_image_free(&image);
+    return status;
+}
+
+/* ---- Others -------------------------------------------------------------------------------------------------------- */
+
+static const char *format_of(const VolBytes *bytes)
+{
+    static const struct {
+        const char *magic;
+        size_t size;
+        const char *format;
+    } kinds[] = {{"\x89PNG\r\n\x1a\n", 8, "png"}, {"\xff\xd8\xff", 3, "jpeg"}, {"II*\0", 4, "tiff"},
+                 {"MM\0*", 4, "tiff"}, {"II+\0", 4, "tiff"}, {"MM\0+", 4, "tiff"}, {"#?", 2, "hdr"}};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (bytes->size > kinds[i].size && memcmp(bytes->data, kinds[i].magic, kinds[i].size) == 0)
+            return kinds[i].format;
+    return NULL;
+}
+
+/* IEC 61966-2-1. */
+static float decode_srgb(float v)
+{
+    double e = (double)v;
+    return (float)(e <= 0.04045 ? e / 12.92 : vol_pow((e + 0.055) / 1.055, 2.4));
+}
+
+/* The file's numbers -> linear, premultiplied. */
+static void linearise(const VolImageAdapterPixels *from)
+{
+    size_t n = (size_t)from->width * (size_t)from->height, channels = (size_t)from->channels;
+    for (size_t i = 0; i < n; i++) {
+        float *pixel = from->data + i * channels;
+        for (size_t c = 0; c < channels; c++) {
+            pixel[c] /= from->scale;
+            if (from->encoded && (int)c != from->alpha)
+                pixel[c] = decode_srgb(pixel[c]);
+        }
+        if (from->alpha >= 0 && from->unassociated)
+            for (size_t c = 0; c < channels; c++)
+                if ((int)c != from->alpha)
+                    pixel[c] *= pixel[from->alpha];
+    }
+}
+
+/* Grey with alpha becomes RGBA; the rest is as it is. */
+static VolStatus arrange(const VolImageAdapterPixels *from, VolPixels *out, VolError *err)
+{
+    int channels = from->channels == 2 ? 4 : from->channels;
+    VolStatus status = take(out, (size_t)from->width, (size_t)from->height, channels, err);
+    size_t n = (size_t)from->width * (size_t)from->height;
+    if (status)
+        return status;
+    if (from->channels != 2) {
+        memcpy(out->data, from->data, n * (size_t)channels * sizeof *out->data);
+        return VOL_OK;
+    }
+    for (size_t i = 0; i < n; i++) {
+        float grey = from->data[2 * i], alpha = from->data[2 * i + 1];
+        memcpy(out->data + 4 * i, (float[4]){grey, grey, grey, alpha}, 4 * sizeof(float));
+    }
+    return VOL_OK;
+}
+
+static VolStatus from_other(const VolBytes *bytes, const char *name, const char *format, bool raw, VolPixels *out,
+                            VolError *err)
+{
+    const VolImageAdapter *adapter;
+    VolStatus status = strcmp(format, "png") == 0 ? vol_png_check(bytes, name, err) : VOL_OK;
+    if (!status)
+        status = load_adapter(&adapter, err);
+    if (status)
+        return status;
+    VolImageAdapterPixels pixels;
+    char why[512] = "";
+    const char *path = bytes->mapped ? name : NULL;
+    int result = adapter->read(bytes->data, bytes->size, format, path, &pixels, why, sizeof why);
+    if (result == 2)
+        return vol_fail_memory(err, bytes->size);
+    if (result)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot read %s image '%s': %s", format, name, why);
+    if (pixels.channels > 4) {
+        status = vol_fail(err, VOL_BAD_INPUT, "cannot use %s image '%s': it has %d channels, more than 4", format, name,
+                          pixels.channels);
+    } else {
+        if (!raw)
+            linearise(&pixels);
+        status = arrange(&pixels, out, err);
+    }
+    free(pixels.data);
+    return status;
+}
+
+VolStatus vol_pixels_read(const VolBytes *bytes, const char *name, bool raw, VolPixels *out, VolError *err)
+{
+    *out = (VolPixels){0};
+    if (bytes->size >= 4 && memcmp(bytes->data, "\x76\x2f\x31\x01", 4) == 0)
+        return from_exr(bytes, name, out, err);
+    const char *format = format_of(bytes);
+    if (!format)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot read image '%s': not EXR, Radiance HDR, PNG, JPEG or TIFF",
+                        name);
+    return from_other(bytes, name, format, raw, out, err);
+}
+
+VolStatus vol_png_encode(const unsigned char *rgb, int width, int height, VolBytes *out, VolError *err)
+{
+    *out = (VolBytes){0};
+    const VolImageAdapter *adapter;
+    VolStatus status = load_adapter(&adapter, err);
+    if (status)
+        return status;
+    char why[512] = "";
+    int result = adapter->encode_png(rgb, width, height, &out->data, &out->size, why, sizeof why);
+    if (result == 2)
+        return vol_fail_memory(err, (size_t)width * (size_t)height * 3);
+    return result ? vol_fail(err, VOL_BAD_INPUT, "cannot encode PNG: %s", why) : VOL_OK;
+}

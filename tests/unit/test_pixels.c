@@ -1,0 +1,189 @@
+#include <stdint.h>
+#include <stdlib.h>
+
+#include "io/exr.h"
+#include "io/pixels.h"
+#include "tests/unit/test.h"
+
+static VolError err;
+
+/* A 16 x 16 JPEG, all 128; one RGBA pixel 65535, 32896, 0, 32768 as PNG. */
+static const unsigned char sample_jpeg[653] = {
+    255,216,255,224,0,16,74,70,73,70,0,1,1,0,0,1,0,1,0,0,255,225,0,22,69,120,105,102,
+    0,0,73,73,42,0,8,0,0,0,0,0,0,0,0,0,255,219,0,67,0,1,1,1,1,1,1,1,
+    1,1,1,1,1,1,1,1,2,1,1,1,1,1,2,1,1,1,2,2,2,2,2,2,2,2,2,3,
+    3,4,3,3,3,3,3,2,2,3,4,3,3,4,4,4,4,4,2,3,5,5,4,4,5,4,4,4,
+    4,255,219,0,67,1,1,1,1,1,1,1,2,1,1,2,4,3,2,3,4,4,4,4,4,4,4,4,
+    4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,4,
+    4,4,4,4,4,4,4,4,4,4,4,4,4,4,255,192,0,17,8,0,16,0,16,3,1,34,0,2,
+    17,1,3,17,1,255,196,0,31,0,0,1,5,1,1,1,1,1,1,0,0,0,0,0,0,0,0,1,
+    2,3,4,5,6,7,8,9,10,11,255,196,0,181,16,0,2,1,3,3,2,4,3,5,5,4,4,0,
+    0,1,125,1,2,3,0,4,17,5,18,33,49,65,6,19,81,97,7,34,113,20,50,129,145,161,8,35,
+    66,177,193,21,82,209,240,36,51,98,114,130,9,10,22,23,24,25,26,37,38,39,40,41,42,52,53,54,
+    55,56,57,58,67,68,69,70,71,72,73,74,83,84,85,86,87,88,89,90,99,100,101,102,103,104,105,106,
+    115,116,117,118,119,120,121,122,131,132,133,134,135,136,137,138,146,147,148,149,150,151,152,153,154,162,163,164,
+    165,166,167,168,169,170,178,179,180,181,182,183,184,185,186,194,195,196,197,198,199,200,201,202,210,211,212,213,
+    214,215,216,217,218,225,226,227,228,229,230,231,232,233,234,241,242,243,244,245,246,247,248,249,250,255,196,0,
+    31,1,0,3,1,1,1,1,1,1,1,1,1,0,0,0,0,0,0,1,2,3,4,5,6,7,8,9,
+    10,11,255,196,0,181,17,0,2,1,2,4,4,3,4,7,5,4,4,0,1,2,119,0,1,2,3,17,
+    4,5,33,49,6,18,65,81,7,97,113,19,34,50,129,8,20,66,145,161,177,193,9,35,51,82,240,21,
+    98,114,209,10,22,36,52,225,37,241,23,24,25,26,38,39,40,41,42,53,54,55,56,57,58,67,68,69,
+    70,71,72,73,74,83,84,85,86,87,88,89,90,99,100,101,102,103,104,105,106,115,116,117,118,119,120,121,
+    122,130,131,132,133,134,135,136,137,138,146,147,148,149,150,151,152,153,154,162,163,164,165,166,167,168,169,170,
+    178,179,180,181,182,183,184,185,186,194,195,196,197,198,199,200,201,202,210,211,212,213,214,215,216,217,218,226,
+    227,228,229,230,231,232,233,234,242,243,244,245,246,247,248,249,250,255,218,0,12,3,1,0,2,17,3,17,
+    0,63,0,40,162,138,0,255,217};
+
+static const unsigned char sample_png_alpha[95] = {
+    137,80,78,71,13,10,26,10,0,0,0,13,73,72,68,82,0,0,0,1,0,0,0,1,16,6,0,0,
+    0,79,133,24,202,0,0,0,9,111,70,70,115,0,0,0,0,0,0,0,0,0,218,42,182,206,0,0,
+    0,17,73,68,65,84,8,153,99,248,255,191,161,129,129,161,129,1,0,21,122,3,127,220,97,216,206,0,
+    0,0,0,73,69,78,68,174,66,96,130};
+
+static VolStatus read_copy(const void *data, size_t size, bool raw, VolPixels *out)
+{
+    unsigned char *copy = malloc(size ? size : 1);
+    memcpy(copy, data, size);
+    VolStatus status = vol_pixels_read(&(VolBytes){copy, size, false}, "picture", raw, out, &err);
+    free(copy);
+    return status;
+}
+
+static void check_read(const void *data, size_t size, bool raw, int width, int height, int channels, const double *want)
+{
+    VolPixels pixels;
+    if (read_copy(data, size, raw, &pixels)) {
+        FAIL("%s", err.text);
+        return;
+    }
+    CHECK(pixels.width == width && pixels.height == height && pixels.channels == channels);
+    if (pixels.width == width && pixels.height == height && pixels.channels == channels)
+        for (int i = 0; i < width * height * channels; i++)
+            CHECK_NEAR((double)pixels.data[i], want[i], 1e-6, 1e-9);
+    vol_pixels_free(&pixels);
+}
+
+static void check_cuts(const unsigned char *data, size_t size)
+{
+    for (size_t cut = 0; cut < size; cut++) {
+        VolPixels pixels;
+        VolStatus status = read_copy(data, cut, true, &pixels);
+        if (status != VOL_BAD_INPUT)
+            FAIL("cut at byte %zu of %zu: status %d", cut, size, status);
+        if (status == VOL_OK)
+            vol_pixels_free(&pixels);
+    }
+}
+
+static void test_png(void)
+{
+    const unsigned char rgb[12] = {0, 10, 128, 255, 128, 0, 1, 2, 3, 250, 251, 252};
+    VolBytes a, b;
+    CHECK(!vol_png_encode(rgb, 2, 2, &a, &err));
+    CHECK(!vol_png_encode(rgb, 2, 2, &b, &err));
+    CHECK(a.size == b.size && memcmp(a.data, b.data, a.size) == 0);
+    check_read(a.data, a.size, false, 2, 2, 3, /* sRGB 128 is 0.2158605; up to 10 is the straight stretch, v/12.92 */
+               (double[]){0, 0.0030352698, 0.21586050, 1, 0.21586050, 0, 0.00030352698, 0.00060705396, 0.00091058095,
+                          0.95597334, 0.96468626, 0.97344530});
+    check_read(a.data, a.size, true, 2, 2, 3, (double[]){0, 10, 128, 255, 128, 0, 1, 2, 3, 250, 251, 252});
+    check_cuts(a.data, a.size);
+    a.data[50] ^= 1;
+    VolPixels pixels;
+    CHECK(read_copy(a.data, a.size, true, &pixels) == VOL_BAD_INPUT);
+    CHECK(strstr(err.text, "damaged PNG 'picture': wrong checksum in the chunk at byte "));
+    vol_bytes_free(&a);
+    vol_bytes_free(&b);
+}
+
+/* 16 bits with unassociated alpha: decoded first, then multiplied.  32896/65535 decodes to 0.2158605. */
+static void test_png_alpha(void)
+{
+    double alpha = 32768.0 / 65535;
+    check_read(sample_png_alpha, sizeof sample_png_alpha, false, 1, 1, 4,
+               (double[]){alpha, 0.21586050 * alpha, 0, alpha});
+    check_read(sample_png_alpha, sizeof sample_png_alpha, true, 1, 1, 4, (double[]){65535, 32896, 0, 32768});
+}
+
+static void test_jpeg(void)
+{
+    VolPixels pixels;
+    CHECK(!read_copy(sample_jpeg, sizeof sample_jpeg, false, &pixels));
+    CHECK(pixels.width == 16 && pixels.height == 16 && pixels.channels == 3);
+    CHECK_NEAR((double)pixels.data[100], 0.21586050, 1e-6, 0);
+    vol_pixels_free(&pixels);
+    check_cuts(sample_jpeg, sizeof sample_jpeg);
+}
+
+/* Width below 8: pixels without run lengths; mantissa * 2^(exponent - 136). */
+static void test_radiance(void)
+{
+    static const char hdr[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n\x80\x40\x20\x81\x80\x80\x80\x8b";
+    check_read(hdr, sizeof hdr - 1, false, 2, 1, 3, (double[]){1, 0.5, 0.25, 1024, 1024, 1024});
+    check_cuts((const unsigned char *)hdr, sizeof hdr - 1);
+}
+
+/* One strip of 2 x 1 signed 16-bit heights. */
+static void test_tiff_heights(void)
+{
+    static const uint16_t entries[][2] = {{256, 2}, {257, 1}, {258, 16}, {259, 1}, {262, 1}, {273, 134}, {277, 1},
+                                          {278, 1}, {279, 4}, {339, 2}};
+    unsigned char file[138] = {'I', 'I', 42, 0, 8, 0, 0, 0, 10, 0};
+    for (int i = 0; i < 10; i++) {
+        unsigned char *at = file + 10 + 12 * i;
+        at[0] = (unsigned char)(entries[i][0] & 255), at[1] = (unsigned char)(entries[i][0] >> 8);
+        at[2] = 3, at[4] = 1; /* one SHORT */
+        at[8] = (unsigned char)(entries[i][1] & 255), at[9] = (unsigned char)(entries[i][1] >> 8);
+    }
+    file[134] = 0x01, file[135] = 0x80; /* -32767 */
+    file[136] = 0xe8, file[137] = 0x03; /* 1000 */
+    check_read(file, sizeof file, true, 2, 1, 1, (double[]){-32767, 1000});
+    check_cuts(file, sizeof file);
+}
+
+static void test_exr(void)
+{
+    VolImage image = {0};
+    VolPart *part;
+    VolBytes bytes;
+    VolChannel *channel;
+    VolBox2 box = {5, 5, 6, 5};
+    CHECK(!vol_image_add_part(&image, NULL, box, box, &part, &err));
+    for (int c = 0; c < 4; c++) {
+        CHECK(!vol_part_add_channel(part, (const char *[]){"A", "R", "G", "B"}[c], VOL_PIXEL_FLOAT, &channel, &err));
+        channel->data[0] = (float)c;
+        channel->data[1] = NAN;
+    }
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err));
+    VolPixels pixels;
+    CHECK(!read_copy(bytes.data, bytes.size, false, &pixels));
+    CHECK(pixels.channels == 4 && pixels.width == 2 && pixels.height == 1);
+    CHECK(pixels.data[0] == 1 && pixels.data[1] == 2 && pixels.data[2] == 3 && pixels.data[3] == 0);
+    CHECK(isnan(pixels.data[4]) && isnan(pixels.data[7]));
+    vol_pixels_free(&pixels);
+    vol_bytes_free(&bytes);
+    vol_image_free(&image);
+}
+
+static void test_refused(void)
+{
+    VolPixels pixels;
+    CHECK(read_copy("hello", 5, false, &pixels) == VOL_BAD_INPUT);
+    CHECK(strstr(err.text, "cannot read image 'picture'"));
+    CHECK(read_copy("", 0, false, &pixels) == VOL_BAD_INPUT);
+    static const char huge[] = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 60000 +X 30000\nxyz";
+    CHECK(read_copy(huge, sizeof huge - 1, false, &pixels) == VOL_BAD_INPUT);
+    CHECK(strstr(err.text, "30000 x 60000"));
+    CHECK(pixels.data == NULL);
+}
+
+int main(void)
+{
+    RUN(test_png);
+    RUN(test_png_alpha);
+    RUN(test_jpeg);
+    RUN(test_radiance);
+    RUN(test_tiff_heights);
+    RUN(test_exr);
+    RUN(test_refused);
+    return test_end();
+}
