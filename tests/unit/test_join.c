@@ -1,0 +1,118 @@
+#include "join/join.h"
+#include "tests/unit/test.h"
+
+static VolError err;
+
+/* A crop of the frame (0,0)-(9,7); every pixel tells its place. */
+static VolImage crop(int x0, int y0, int x1, int y1)
+{
+    VolImage image = {0};
+    VolPart *part;
+    VolBox2 frame = {0, 0, 9, 7};
+    for (int p = 0; p < 2; p++) {
+        CHECK(!vol_image_add_part(&image, p ? "depth" : "beauty", (VolBox2){x0, y0, x1, y1}, frame, &part, &err));
+        for (int c = 0; c < 2; c++) {
+            VolChannel *channel;
+            CHECK(!vol_part_add_channel(part, c ? "R" : "Z", c ? VOL_PIXEL_HALF : VOL_PIXEL_FLOAT, &channel, &err));
+            float *at = channel->data;
+            for (int y = y0; y <= y1; y++)
+                for (int x = x0; x <= x1; x++)
+                    *at++ = (float)(100 * p + 1000 * c + 10 * y + x);
+        }
+        CHECK(!vol_part_set_text(part, "vol:argsHash", "0123", &err));
+        CHECK(!vol_part_set_text(part, "Software", "vol-render 0.1.0", &err));
+    }
+    return image;
+}
+
+static VolStatus join(const VolImage *crops, size_t count, VolImage *out)
+{
+    static const char *const names[] = {"a.exr", "b.exr", "c.exr", "d.exr"};
+    return vol_join_images(crops, names, count, out, &err);
+}
+
+static void free_all(VolImage *images, size_t count)
+{
+    for (size_t i = 0; i < count; i++)
+        vol_image_free(&images[i]);
+}
+
+/* In whatever order: the bytes of the whole frame. */
+static void test_whole(void)
+{
+    VolImage crops[4] = {crop(4, 3, 9, 7), crop(0, 0, 9, 0), crop(0, 1, 3, 7), crop(4, 1, 9, 2)};
+    VolImage whole = crop(0, 0, 9, 7), joined;
+    CHECK(!join(crops, 4, &joined));
+    VolBytes want, got;
+    CHECK(!vol_exr_write(&whole, VOL_EXR_ZIP, &want, NULL, &err));
+    CHECK(!vol_exr_write(&joined, VOL_EXR_ZIP, &got, NULL, &err));
+    CHECK(want.size == got.size && memcmp(want.data, got.data, want.size) == 0);
+    vol_bytes_free(&want);
+    vol_bytes_free(&got);
+    vol_image_free(&joined);
+    CHECK(!join(&whole, 1, &joined));
+    vol_image_free(&joined);
+    vol_image_free(&whole);
+    free_all(crops, 4);
+}
+
+static void test_holes(void)
+{
+    VolImage crops[4] = {crop(0, 0, 3, 7), crop(4, 0, 5, 2), crop(8, 0, 9, 7), crop(4, 5, 7, 7)}, joined;
+    CHECK(join(crops, 4, &joined) == VOL_NO);
+    CHECK(strstr(err.text, "a hole at (6,0)-(7,4)"));
+    CHECK(joined.parts == NULL);
+    CHECK(join(crops, 1, &joined) == VOL_NO);
+    CHECK(strstr(err.text, "a hole at (4,0)-(9,7)"));
+    free_all(crops, 4);
+}
+
+static void test_overlap(void)
+{
+    VolImage crops[2] = {crop(0, 0, 5, 7), crop(4, 2, 9, 7)}, joined;
+    CHECK(join(crops, 2, &joined) == VOL_BAD_INPUT);
+    CHECK_TEXT(err.text, "cannot join 'b.exr': overlap with 'a.exr' at (4,2)-(5,7)");
+    free_all(crops, 2);
+}
+
+/* Joins two halves of which the second was made other than the first. */
+static void check_stranger(VolImage *second, const char *why)
+{
+    VolImage crops[2] = {crop(0, 0, 4, 7), *second}, joined;
+    CHECK(join(crops, 2, &joined) == VOL_BAD_INPUT);
+    if (!strstr(err.text, "cannot join 'b.exr'") || !strstr(err.text, why))
+        FAIL("no '%s' in '%s'", why, err.text);
+    free_all(crops, 2);
+    *second = crop(5, 0, 9, 7);
+}
+
+static void test_strangers(void)
+{
+    VolImage second = crop(5, 0, 9, 7);
+    VolPart *part = &second.parts[1];
+    VolChannel *channel;
+    part->display_window.x1 = 10;
+    check_stranger(&second, "its display window differs from that of 'a.exr'");
+    CHECK(!vol_part_set_text(&second.parts[1], "vol:argsHash", "4567", &err));
+    check_stranger(&second, "its attribute vol:argsHash differs");
+    CHECK(!vol_part_set_text(&second.parts[0], "extra", "1", &err));
+    check_stranger(&second, "its attribute extra differs");
+    CHECK(!vol_part_add_channel(&second.parts[0], "A", VOL_PIXEL_FLOAT, &channel, &err));
+    check_stranger(&second, "its set of channels differs");
+    second.parts[0].channels[0].store = VOL_PIXEL_FLOAT;
+    check_stranger(&second, "its set of channels differs");
+    second.parts[0].name[0] = 'x';
+    check_stranger(&second, "its list of parts differs");
+    second.parts[0].data_window.x1 = 10;
+    check_stranger(&second, "its data window reaches beyond its display window");
+    vol_image_free(&second);
+}
+
+int main(void)
+{
+    RUN(test_whole);
+    RUN(test_holes);
+    RUN(test_overlap);
+    RUN(test_strangers);
+    return test_end();
+}
