@@ -1,0 +1,186 @@
+/* What a file is, its first bytes tell; where they tell nothing, options must. */
+#include "import/import.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "import/readers.h"
+
+static VolStatus read_vtk_xml(const VolSource *source, VolSampled *out, VolError *err)
+{
+    return vol_read_vtk(source, true, out, err);
+}
+
+static VolStatus read_vtk_legacy(const VolSource *source, VolSampled *out, VolError *err)
+{
+    return vol_read_vtk(source, false, out, err);
+}
+
+static VolStatus read_one_dicom(const VolSource *source, VolSampled *out, VolError *err)
+{
+    VolBytes bytes = *source->bytes;
+    *source->bytes = (VolBytes){0};
+    return vol_read_dicom(&bytes, &source->name, 1, source, out, err);
+}
+
+static const struct {
+    const char *name;
+    bool (*is)(const VolBytes *bytes);
+    VolStatus (*read)(const VolSource *source, VolSampled *out, VolError *err);
+} formats[] = {
+    {"NIfTI", vol_is_nifti, vol_read_nifti},
+    {"NRRD", vol_is_nrrd, vol_read_nrrd},
+    {"MetaImage", vol_is_metaimage, vol_read_metaimage},
+    {".vti", vol_is_vtk_xml, read_vtk_xml},
+    {"legacy .vtk", vol_is_vtk_legacy, read_vtk_legacy},
+    {"MRC", vol_is_mrc, vol_read_mrc},
+    {"DICOM", vol_is_dicom, read_one_dicom},
+    {"Inviwo .dat", vol_is_inviwo_dat, vol_read_inviwo_dat},
+};
+
+/* Unpacks gzip and hands the bytes to the reader of their format. */
+static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *err)
+{
+    VolBytes *bytes = source->bytes;
+    if (bytes->size >= 2 && bytes->data[0] == 0x1f && bytes->data[1] == 0x8b) {
+        VolBytes unpacked;
+        VolStatus status = vol_gunzip(bytes->data, bytes->size, source->name, &unpacked, err);
+        if (status)
+            return status;
+        vol_bytes_free(bytes);
+        *bytes = unpacked;
+    }
+    if (bytes->size == 0)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is empty", source->name);
+    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
+        if (formats[i].is(bytes))
+            return formats[i].read(source, out, err);
+    return vol_fail(
+        err, VOL_BAD_INPUT,
+        "cannot import '%s': unknown format (tried NIfTI, NRRD, MetaImage, .vti, legacy .vtk, MRC, DICOM, "
+        "Inviwo .dat; raw samples need --dims and --type)",
+        source->name);
+}
+
+static VolStatus open_one(const char *path, const VolSource *source, VolSampled *out, VolError *err)
+{
+    VolBytes bytes = {0};
+    VolSource one = *source;
+    one.bytes = &bytes;
+    VolStatus status = source->files->read(source->files->user, path, &bytes, err);
+    if (!status)
+        status = open_bytes(&one, out, err);
+    vol_bytes_free(&bytes);
+    return status;
+}
+
+/* Several files are slices of a DICOM series.  In a folder files of other kinds are passed over. */
+static VolStatus open_series(const char *const *paths, size_t count, bool folder, const VolSource *source,
+                             VolSampled *out, VolError *err)
+{
+    VolBytes *bytes = vol_alloc_zero(count, sizeof *bytes);
+    const char **names = vol_alloc_zero(count, sizeof *names);
+    VolStatus status = bytes && names ? VOL_OK : vol_fail_memory(err, count * sizeof *bytes);
+    size_t kept = 0;
+    for (size_t i = 0; !status && i < count; i++) {
+        status = source->files->read(source->files->user, paths[i], &bytes[kept], err);
+        if (status)
+            break;
+        names[kept] = paths[i];
+        if (vol_is_dicom(&bytes[kept])) {
+            kept++;
+        } else if (folder) {
+            vol_note(source->log, "passed over '%s': not DICOM", paths[i]);
+            vol_bytes_free(&bytes[kept]);
+        } else {
+            status = vol_fail(err, VOL_USAGE,
+                              "'%s' is not DICOM: several inputs are slices of a DICOM series, or raw "
+                              "slices with --dims and --type",
+                              paths[i]);
+            kept++;
+        }
+    }
+    if (!status && kept == 0)
+        status =
+            vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': there is no DICOM file in the folder", source->name);
+    if (!status) {
+        status = vol_read_dicom(bytes, names, kept, source, out, err);
+        kept = 0; /* taken over */
+    }
+    for (size_t i = 0; bytes && i < kept; i++)
+        vol_bytes_free(&bytes[i]);
+    free(bytes);
+    free(names);
+    return status;
+}
+
+static int by_name(const void *a, const void *b) { return strcmp(*(char *const *)a, *(char *const *)b); }
+
+/* The regular files of a folder, sorted by name, so that messages and ties do not depend on the file system. */
+static VolStatus list_folder(const char *path, char ***out, size_t *count, VolError *err)
+{
+    DIR *folder = opendir(path);
+    if (!folder)
+        return vol_fail_errno(err, errno, "cannot open", path);
+    VolStatus status = VOL_OK;
+    char **names = NULL;
+    size_t n = 0;
+    for (struct dirent *entry; !status && (entry = readdir(folder));) {
+        char *name = vol_format_text("%s/%s", path, entry->d_name);
+        char **longer = name ? vol_resize(names, n + 1, sizeof *names) : NULL;
+        struct stat info;
+        if (!longer) {
+            status = vol_fail_memory(err, (n + 1) * sizeof *names);
+        } else {
+            names = longer;
+            if (entry->d_name[0] != '.' && stat(name, &info) == 0 && S_ISREG(info.st_mode)) {
+                names[n++] = name;
+                name = NULL;
+            }
+        }
+        free(name);
+    }
+    closedir(folder);
+    if (n)
+        qsort(names, n, sizeof *names, by_name);
+    *out = names;
+    *count = n;
+    return status;
+}
+
+static VolStatus open_folder(const char *path, const VolSource *source, VolSampled *out, VolError *err)
+{
+    char **names = NULL;
+    size_t count = 0;
+    VolStatus status = list_folder(path, &names, &count, err);
+    if (!status)
+        status = open_series((const char *const *)names, count, true, source, out, err);
+    for (size_t i = 0; i < count; i++)
+        free(names[i]);
+    free(names);
+    return status;
+}
+
+VolStatus vol_import_open(const char *const *paths, size_t count, const VolImportOptions *options,
+                          const VolImportFiles *files, const VolLog *log, VolSampled *out, VolError *err)
+{
+    VolSource source = {
+        .name = strcmp(paths[0], "-") == 0 ? "stdin" : paths[0], .options = options, .files = files, .log = log};
+    struct stat info;
+    *out = (VolSampled){0};
+    VolStatus status;
+    if (options->raw)
+        status = vol_read_raw(&source, paths, count, out, err);
+    else if (count > 1)
+        status = open_series(paths, count, false, &source, out, err);
+    else if (strcmp(paths[0], "-") != 0 && stat(paths[0], &info) == 0 && S_ISDIR(info.st_mode))
+        status = open_folder(paths[0], &source, out, err);
+    else
+        status = open_one(paths[0], &source, out, err);
+    if (status)
+        vol_sampled_free(out);
+    return status;
+}

@@ -1,0 +1,63 @@
+/* An image as a foreign file holds it: samples of any type, order and byte order, described but not yet converted.
+ * Every reader of this folder ends in one of these; convert.c turns it into voxels. */
+#ifndef VOL_IMPORT_SAMPLED_H
+#define VOL_IMPORT_SAMPLED_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/mem.h"
+#include "base/status.h"
+#include "base/vec.h"
+
+typedef enum VolSample {
+    VOL_SAMPLE_U8, VOL_SAMPLE_I8, VOL_SAMPLE_U16, VOL_SAMPLE_I16, VOL_SAMPLE_U32, VOL_SAMPLE_I32, VOL_SAMPLE_U64,
+    VOL_SAMPLE_I64, VOL_SAMPLE_F32, VOL_SAMPLE_F64
+} VolSample;
+
+size_t vol_sample_size(VolSample type);
+/* "u8", "i8", "u16", ... ; false: no such type */
+bool vol_sample_named(const char *name, VolSample *out);
+
+/* Sample (i, j, k) of component c at time t lies at offset + size (i stride[0] + j stride[1] + k stride[2] +
+ * c component_stride + t time_stride) in `bytes`; its value is slope sample + intercept. */
+typedef struct VolSampled {
+    VolBytes bytes; /* owned */
+    size_t offset;
+    VolSample type;
+    bool big_endian;
+    int64_t dims[3];
+    int64_t components, times;
+    int64_t stride[3], component_stride, time_stride; /* in samples */
+    bool scaled;             /* slope and intercept are to be applied */
+    double slope, intercept;
+    bool float_holds;        /* a float suffices for the values, whatever `type` is */
+    VolAffine index_to_world; /* m[a] is 0 0 0 where the file gives axis a no spacing */
+} VolSampled;
+
+/* Strides for the usual order: component fastest, then x, y, z, time. */
+void vol_sampled_order(VolSampled *image);
+
+/* Whether dimensions are positive, fit, and all samples lie within the bytes; VOL_BAD_INPUT says how many bytes
+ * are missing.  With `exact`, bytes left over are an error too. */
+VolStatus vol_sampled_check(const VolSampled *image, const char *name, bool exact, VolError *err);
+
+/* Text samples (white space between) to doubles in `image->bytes`, for the text encodings. */
+VolStatus vol_sampled_from_text(VolSampled *image, const char *name, VolError *err);
+
+void vol_sampled_free(VolSampled *image);
+
+/* ---- Little helpers of the readers ---- */
+
+uint16_t vol_get_u16(const unsigned char *p, bool big_endian);
+uint32_t vol_get_u32(const unsigned char *p, bool big_endian);
+uint64_t vol_get_u64(const unsigned char *p, bool big_endian);
+float vol_get_f32(const unsigned char *p, bool big_endian);
+double vol_get_f64(const unsigned char *p, bool big_endian);
+
+/* The bytes of a zlib or gzip stream (several gzip members one after the other are one stream).  Trailing bytes
+ * that are no gzip member are left.  VOL_BAD_INPUT where the stream is damaged or ends early. */
+VolStatus vol_gunzip(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err);
+
+#endif
