@@ -1,0 +1,278 @@
+#include "tf/foreign.h"
+
+#include "tf/foreign_private.h"
+#include "tf/json.h"
+#include "tf/locate.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/number.h"
+
+#define MOST_LISTED 20
+
+VolStatus vol_tf_split_name(const char *name, bool exists, char **file, const char **part, VolError *err)
+{
+    *part = NULL;
+    *file = vol_copy_text(name);
+    if (!*file)
+        return vol_fail_memory(err, strlen(name) + 1);
+    char *last = strrchr(*file, '/');
+    char *mark = exists ? NULL : strchr(last ? last : *file, '#');
+    if (mark && mark != *file) {
+        *mark = 0;
+        *part = mark + 1;
+    }
+    return VOL_OK;
+}
+
+/* ---- Messages ---- */
+
+VolStatus vol_foreign_fault(const VolForeign *f, size_t line, const char *format, ...)
+{
+    char why[512], where[40] = "";
+    va_list args;
+    va_start(args, format);
+    vsnprintf(why, sizeof why, format, args);
+    va_end(args);
+    if (line)
+        snprintf(where, sizeof where, "line %zu: ", line);
+    return vol_fail(f->err, VOL_BAD_INPUT, "bad transfer function '%.200s': %s%s%s", f->name, where, f->subject, why);
+}
+
+void vol_foreign_warn(const VolForeign *f, const char *format, ...)
+{
+    char what[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(what, sizeof what, format, args);
+    va_end(args);
+    vol_warn(f->log, "transfer function '%.200s': %s%s", f->name, f->subject, what);
+}
+
+void vol_foreign_note(const VolForeign *f, const char *format, ...)
+{
+    char what[512];
+    va_list args;
+    va_start(args, format);
+    vsnprintf(what, sizeof what, format, args);
+    va_end(args);
+    vol_note(f->log, "transfer function '%.200s': %s%s", f->name, f->subject, what);
+}
+
+/* ---- One of several ---- */
+
+static bool contains(const char *text, const char *piece)
+{
+    for (; *text; text++) {
+        size_t i = 0;
+        while (piece[i] && tolower((unsigned char)text[i]) == tolower((unsigned char)piece[i]))
+            i++;
+        if (!piece[i])
+            return true;
+    }
+    return false;
+}
+
+/* "'a', 'b', 'c' and 7 more"; where `like` is part of some names only those. */
+static void list_names(const char *const *names, size_t count, const char *like, char *out, size_t size)
+{
+    size_t matches = 0, listed = 0, length = 0;
+    for (size_t i = 0; like && i < count; i++)
+        matches += contains(names[i], like);
+    for (size_t i = 0; i < count && listed < MOST_LISTED; i++) {
+        if (matches && !contains(names[i], like))
+            continue;
+        if (length + strlen(names[i]) + 24 > size)
+            break;
+        length += (size_t)snprintf(out + length, size - length, "%s'%s'", listed ? ", " : "", names[i]);
+        listed++;
+    }
+    if (listed < count)
+        snprintf(out + length, size - length, " and %zu more", count - listed);
+}
+
+VolStatus vol_foreign_choose(VolForeign *f, const char *kind, const char *const *names, size_t count, size_t *out)
+{
+    char listed[700] = "";
+    size_t found = f->part || count != 1 ? count : 0;
+    if (!count)
+        return vol_foreign_fault(f, 0, "there is no %s in it", kind);
+    for (size_t i = 0; f->part && i < count; i++) {
+        if (strcmp(names[i], f->part) != 0)
+            continue;
+        if (found < count)
+            vol_foreign_warn(f, "there are several %ss named '%.80s'; the first is used", kind, f->part);
+        else
+            found = i;
+    }
+    if (found == count)
+        list_names(names, count, f->part, listed, sizeof listed);
+    if (found == count && f->part)
+        return vol_foreign_fault(f, 0, "no %s is named '%.80s'; there is %s", kind, f->part, listed);
+    if (found == count)
+        return vol_foreign_fault(f, 0, "name one of its %ss by FILE#NAME: %s", kind, listed);
+    *out = found;
+    snprintf(f->subject, sizeof f->subject, "%s '%.60s': ", kind, names[found]);
+    return VOL_OK;
+}
+
+VolStatus vol_foreign_no_parts(const VolForeign *f)
+{
+    if (!f->part)
+        return VOL_OK;
+    return vol_foreign_fault(f, 0, "there is one transfer function in it, none named '%.80s'", f->part);
+}
+
+/* ---- Numbers ---- */
+
+VolStatus vol_foreign_number(const VolForeign *f, const VolXml *xml, size_t element, const char *key, double *out)
+{
+    const char *text = vol_xml_attribute(xml, element, key);
+    size_t line = xml->elements[element].line;
+    if (!text)
+        return vol_foreign_fault(f, line, "<%.40s> has no '%s'", vol_xml_name(xml, element), key);
+    if (!vol_parse_real(text, out))
+        return vol_foreign_fault(f, line, "%s '%.40s' of <%.40s> is not a finite number", key, text,
+                                 vol_xml_name(xml, element));
+    return VOL_OK;
+}
+
+VolStatus vol_foreign_child_number(const VolForeign *f, const VolXml *xml, size_t element, const char *child,
+                                   const char *key, double *out)
+{
+    size_t at = vol_xml_child(xml, element, child, 0);
+    return at ? vol_foreign_number(f, xml, at, key, out) : VOL_OK;
+}
+
+/* ---- Kinds of file ---- */
+
+/* ParaView's own collection ends its lists with a comma, which its parser takes and JSON does not allow. */
+static void blank_trailing_commas(char *text, size_t size)
+{
+    size_t comma = size;
+    bool quoted = false;
+    for (size_t i = 0; i < size; i++) {
+        char c = text[i];
+        if (quoted) {
+            i += c == '\\';
+            quoted = c != '"';
+            continue;
+        }
+        if ((c == ']' || c == '}') && comma < size)
+            text[comma] = ' ';
+        if (c == ',')
+            comma = i;
+        else if (!isspace((unsigned char)c))
+            comma = size;
+        quoted = c == '"';
+    }
+}
+
+static VolStatus read_json(VolForeign *f, const VolBytes *bytes, size_t begin, VolTf *out, bool *relative)
+{
+    size_t size = bytes->size - begin;
+    char *text = vol_alloc(size, 1);
+    if (!text)
+        return vol_fail_memory(f->err, size);
+    memcpy(text, bytes->data + begin, size);
+    blank_trailing_commas(text, size);
+    json_t *root;
+    VolStatus status = vol_json_load(text, size, JSON_DECODE_INT_AS_REAL, f->name, &root, f->err);
+    free(text);
+    if (status != VOL_OK)
+        return status;
+    if (vol_foreign_is_paraview(root)) {
+        status = vol_foreign_paraview(f, root, out, relative);
+    } else {
+        status = vol_foreign_no_parts(f);
+        if (status == VOL_OK) /* ours, and as strict as it is */
+            status = vol_tf_parse(bytes, f->name, out, f->log, f->err);
+    }
+    json_decref(root);
+    return status;
+}
+
+static VolStatus read_xml(VolForeign *f, const VolBytes *bytes, VolTf *out, bool *relative)
+{
+    VolXml xml;
+    VolStatus status = vol_xml_parse(bytes, f->name, &xml, f->err);
+    if (status != VOL_OK)
+        return status;
+    const char *root = vol_xml_name(&xml, 0);
+    if (strcmp(root, "InviwoTreeData") == 0)
+        status = vol_foreign_inviwo(f, &xml, out, relative);
+    else if (strcmp(root, "VoreenData") == 0)
+        status = vol_foreign_voreen(f, &xml, out, relative);
+    else if (strcmp(root, "MRML") == 0 || strcmp(root, "VolumeProperty") == 0)
+        status = vol_foreign_slicer(f, &xml, out);
+    else
+        status = vol_foreign_fault(f, xml.elements[0].line,
+                                   "its root <%.60s> is none of <MRML> (3D Slicer), <InviwoTreeData>, <VoreenData>", root);
+    vol_xml_free(&xml);
+    return status;
+}
+
+/* Where JSON begins: behind a byte order mark and white space. */
+static size_t text_begin(const VolBytes *bytes)
+{
+    size_t mark = bytes->size >= 3 && memcmp(bytes->data, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+    return vol_json_skip_space((const char *)bytes->data, bytes->size, mark);
+}
+
+static bool is_utf16(const VolBytes *bytes)
+{
+    return bytes->size >= 2 && (memcmp(bytes->data, "\xFF\xFE", 2) == 0 || memcmp(bytes->data, "\xFE\xFF", 2) == 0);
+}
+
+VolStatus vol_tf_read(const VolBytes *bytes, const char *name, const char *part, VolTf *out, bool *relative,
+                      const VolLog *log, VolError *err)
+{
+    VolForeign f = {.name = name, .part = part, .log = log, .err = err};
+    size_t begin = text_begin(bytes);
+    unsigned char first = begin < bytes->size ? bytes->data[begin] : 0;
+    *relative = false;
+    *out = vol_tf_defaults();
+    VolStatus status;
+    if (first == '<' || is_utf16(bytes))
+        status = read_xml(&f, bytes, out, relative);
+    else if (first == '[' || first == '{')
+        status = read_json(&f, bytes, begin, out, relative);
+    else if (bytes->size >= 4 && memcmp(bytes->data, "FTSO", 4) == 0)
+        status = vol_foreign_ospray(&f, bytes, out, relative);
+    else
+        status = vol_tf_parse(bytes, name, out, log, err); /* says what is wrong with it */
+    if (status != VOL_OK)
+        vol_tf_free(out);
+    return status;
+}
+
+/* ---- Ranges ---- */
+
+static double stretched(double v, double lo, double hi)
+{
+    return lo * (1 - v) + hi * v;
+}
+
+void vol_tf_rescale(VolTf *tf, double lo, double hi)
+{
+    VolTfNodes *lists[] = {&tf->surface, &tf->scatter, &tf->absorb, &tf->emit, &tf->transport, &tf->surfaceness};
+    if (!(hi > lo))
+        hi = lo + fmax(1, fabs(lo));
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        VolTfNode *nodes = lists[k]->nodes;
+        for (size_t i = 0; i < lists[k]->count; i++) {
+            nodes[i].v = stretched(nodes[i].v, lo, hi);
+            if (i && nodes[i].v < nodes[i - 1].v) /* by rounding */
+                nodes[i].v = nodes[i - 1].v;
+        }
+    }
+    for (size_t i = 0; i < tf->isosurface_count; i++)
+        tf->isosurfaces[i].value = stretched(tf->isosurfaces[i].value, lo, hi);
+    if (!tf->scalar_step_given && tf->surface.count)
+        tf->scalar_step *= hi - lo;
+}

@@ -1,0 +1,204 @@
+/* Building tables: ranges, memory, and the diagonals spread over threads. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "base/fmath.h"
+#include "base/pool.h"
+#include "tf/preint_private.h"
+
+#define MOST_1D_NODES ((size_t)1 << 20)
+
+void vol_preint_default_range(const VolTfCompiled *tf, double *lo, double *hi)
+{
+    *lo = 0;
+    *hi = 1;
+    if (tf->node_min <= tf->node_max) {
+        *lo = tf->node_min;
+        *hi = tf->node_max;
+    }
+    if (*lo == *hi) {
+        double half = *lo != 0 ? fabs(*lo) / 2 : 0.5;
+        *lo -= half;
+        *hi += half;
+    }
+}
+
+/* Whether all that a table can hold is a float.  What it is made from may be larger by far, but products of four such
+ * numbers must be doubles. */
+static VolStatus check_magnitudes(const VolPreint *tables, double last_step, VolError *err)
+{
+    const double most = 1e60;
+    VolTfIntegral sum;
+    const VolTfCompiled *tf = tables->integrals.tf;
+    vol_tf_integrals_between(&tables->integrals, tables->lo, tables->hi, &sum);
+    double largest = fmax(sum.surface, fabs(sum.value)), width = tables->hi - tables->lo;
+    for (int c = 0; c < 3; c++)
+        largest = fmax(largest, fmax(fmax(sum.surface_color[c], fabs(sum.source[c])), sum.particle[c]));
+    if (!(largest < FLT_MAX) || !(largest / width * last_step < most) || !(width < most))
+        return vol_fail(err, VOL_BAD_INPUT, "transfer function: its integrals over %g to %g are too large to tabulate",
+                        tables->lo, tables->hi);
+    if (!(tf->max_color < FLT_MAX / 4) || !(tf->max_emit * last_step < FLT_MAX / 4))
+        return vol_fail(err, VOL_BAD_INPUT, "transfer function: its colours are too large to tabulate");
+    return VOL_OK;
+}
+
+static VolStatus check_options(const VolPreintOptions *o, VolError *err)
+{
+    size_t most = o->octaves ? VOL_PREINT_MOST_NODES : MOST_1D_NODES;
+    if (!(isfinite(o->lo) && isfinite(o->hi) && o->lo < o->hi))
+        return vol_fail(err, VOL_BAD_INPUT, "table: its range %g to %g is empty", o->lo, o->hi);
+    if (o->n < 2 || o->n > most)
+        return vol_fail(err, VOL_BAD_INPUT, "table: %zu nodes, not 2 to %zu", o->n, most);
+    double spacing = (o->hi - o->lo) / (double)(o->n - 1);
+    if (!(o->lo + spacing > o->lo && o->hi - spacing < o->hi))
+        return vol_fail(err, VOL_BAD_INPUT, "table: %zu nodes do not fit between %.17g and %.17g", o->n, o->lo, o->hi);
+    if (o->octaves && !(o->step > 0 && isfinite(o->step)))
+        return vol_fail(err, VOL_BAD_INPUT, "table: its step is %g, not above 0", o->step);
+    if (o->octaves > 32)
+        return vol_fail(err, VOL_BAD_INPUT, "table: %zu octaves, not up to 32", o->octaves);
+    return VOL_OK;
+}
+
+/* The diagonals that a change of the value over the step can reach, and one more for interpolation. */
+static size_t band_of(const VolPreint *tables, double change)
+{
+    double bins = ceil(change / ((tables->hi - tables->lo) / (double)(tables->n - 1))) + 1;
+    size_t all = tables->n - 1;
+    return bins < (double)all ? (size_t)bins : all;
+}
+
+static VolStatus allocate_table(const VolPreint *tables, VolPreintTable *table, VolError *err)
+{
+    size_t rows = table->band + 1, entries = rows * tables->n - rows * (rows - 1) / 2;
+    table->rising = vol_alloc_zero(entries, tables->floats * sizeof(float));
+    table->falling = vol_alloc_zero(entries, tables->floats * sizeof(float));
+    return table->rising && table->falling ? VOL_OK : vol_fail_memory(err, 2 * entries * tables->floats * sizeof(float));
+}
+
+VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands, VolPreint *out,
+                              VolError *err)
+{
+    *out = (VolPreint){.lo = options->lo, .hi = options->hi, .n = options->n, .channels = tf->coloured ? 3 : 1};
+    out->floats = 3 * (size_t)out->channels + 9;
+    VolStatus status = check_options(options, err);
+    if (!status)
+        status = vol_tf_integrals_new(tf, &out->integrals, err);
+    if (!status)
+        status = check_magnitudes(out, options->octaves ? ldexp(options->step, (int)options->octaves - 1) : 1, err);
+    if (!status && options->octaves) {
+        out->octaves = vol_alloc_zero(options->octaves, sizeof *out->octaves);
+        status = out->octaves ? VOL_OK : vol_fail_memory(err, options->octaves * sizeof *out->octaves);
+    }
+    for (size_t o = 0; !status && o < options->octaves; o++) {
+        VolPreintTable *table = &out->octaves[out->octave_count++];
+        table->step = ldexp(options->step, (int)o);
+        table->band = bands ? bands[o] : band_of(out, ldexp(options->change, (int)o));
+        status = allocate_table(out, table, err);
+    }
+    if (status)
+        vol_preint_free(out);
+    return status;
+}
+
+void vol_preint_free(VolPreint *tables)
+{
+    for (size_t o = 0; o < tables->octave_count; o++) {
+        free(tables->octaves[o].rising);
+        free(tables->octaves[o].falling);
+    }
+    free(tables->octaves);
+    vol_tf_integrals_free(&tables->integrals);
+    *tables = (VolPreint){0};
+}
+
+/* v0 = v1: homogeneous particles, no surface. */
+static void put_main_diagonal(const VolPreint *tables, const VolPreintTable *table)
+{
+    size_t channels = (size_t)tables->channels;
+    for (size_t i = 0; i < tables->n; i++) {
+        VolPreintSegment s;
+        float *entry = vol_preint_entry(tables, table, i, i);
+        double v = vol_preint_node(tables, i);
+        vol_preint_segment(tables->integrals.tf, v, v, table->step, &s);
+        for (size_t c = 0; c < 3; c++) {
+            if (c < channels)
+                entry[2 * channels + c] = (float)s.p_a[c];
+            entry[3 * channels + 6 + c] = (float)s.p_c[c];
+        }
+    }
+}
+
+/* On diagonal k a step's whole optical depth falls on k bins.  What a leaf leaves out, knots and the curvature of the
+ * properties over its optical depth, falls at least as fast as 1 / k^3: bins of the first diagonals are cut finer.  From the
+ * last level on bins are not cut at knots either if there are very many. */
+typedef struct Level {
+    size_t last; /* diagonal */
+    VolPreintCut how;
+} Level;
+
+enum { LEVELS = 4 };
+static const Level levels[LEVELS] = {{4, {16, true}}, {16, {4, true}}, {64, {1, true}}, {SIZE_MAX, {1, true}}};
+
+typedef struct Building {
+    const VolPreint *tables;
+    const VolPreintTable *table;
+    Bins bins[LEVELS][3]; /* per channel of attenuation */
+    State **work; /* one per thread: leaves, then suffixes */
+} Building;
+
+static VolStatus build_diagonal(void *user, size_t index, int thread, VolError *err)
+{
+    const Building *b = user;
+    (void)err;
+    State *leaves = b->work[thread], *suffix = leaves + (b->tables->n - 1);
+    size_t k = index + 1;
+    int level = 0;
+    while (levels[level].last < k)
+        level++;
+    for (int c = 0; c < b->tables->channels; c++)
+        vol_preint_diagonal(b->tables, b->table, &b->bins[level][c], k, c, leaves, suffix);
+    return VOL_OK;
+}
+
+static VolStatus build_tables(const VolPreint *tables, int threads, Building *b, VolError *err)
+{
+    VolStatus status = VOL_OK;
+    for (int l = 0; l < LEVELS; l++)
+        for (int c = 0; !status && c < tables->channels; c++) {
+            VolPreintCut how = levels[l].how;
+            if (l == LEVELS - 1)
+                how.at_knots = tables->integrals.tf->knot_count <= 2 * tables->n;
+            status = vol_preint_bins(tables, c, how, &b->bins[l][c], err);
+        }
+    for (int t = 0; !status && t < threads; t++) {
+        b->work[t] = vol_alloc_aligned(64, 2 * (tables->n - 1), sizeof(State));
+        if (!b->work[t])
+            status = vol_fail_memory(err, 2 * (tables->n - 1) * sizeof(State));
+    }
+    for (size_t o = 0; !status && o < tables->octave_count; o++) {
+        b->table = &tables->octaves[o];
+        put_main_diagonal(tables, b->table);
+        status = vol_parallel(threads, b->table->band, build_diagonal, b, err);
+    }
+    return status;
+}
+
+VolStatus vol_preint_build(const VolTfCompiled *tf, const VolPreintOptions *options, VolPreint *out, VolError *err)
+{
+    int threads = options->threads > 1 ? options->threads : 1;
+    VolStatus status = vol_preint_allocate(tf, options, NULL, out, err);
+    if (status)
+        return status;
+    Building b = {.tables = out, .work = vol_alloc_zero((size_t)threads, sizeof *b.work)};
+    status = b.work ? build_tables(out, threads, &b, err) : vol_fail_memory(err, (size_t)threads * sizeof *b.work);
+    for (int t = 0; b.work && t < threads; t++)
+        free(b.work[t]);
+    for (int l = 0; l < LEVELS; l++)
+        for (int c = 0; c < 3; c++)
+            vol_preint_bins_free(&b.bins[l][c]);
+    free(b.work);
+    if (status)
+        vol_preint_free(out);
+    return status;
+}
