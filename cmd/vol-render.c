@@ -1,0 +1,473 @@
+/* vol-render: VDB and a transfer function in, the image out as EXR. */
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/hash.h"
+#include "cmd/shell/program.h"
+#include "cmd/shell/stamp.h"
+#include "io/exr.h"
+#include "io/pixels.h"
+#include "io/vdb.h"
+#include "load/look.h"
+#include "load/volume.h"
+#include "render/camera.h"
+#include "render/film.h"
+#include "render/frame.h"
+#include "render/lights.h"
+#include "render/probe.h"
+#include "render/scene.h"
+#include "tf/foreign.h"
+
+typedef struct Options {
+    const char *tf, *grid, *camera, *aov, *background;
+    int estimator, depth, integrator;
+    bool precise, skip;
+    VolLen step;
+    double particle_step, scalar_step, fov, ortho;
+    VolSize2 size;
+    VolCrop crop;
+    VolVec3 eye, look_at, up;
+    int64_t samples;
+    VolTextList probe, clip, light;
+} Options;
+
+static Options options;
+
+#define AT(field) offsetof(Options, field)
+
+static const VolOpt table[] = {
+    {'t', "tf", VOL_OPT_TEXT, AT(tf), "FILE[#NAME]", NULL,
+     "transfer function or tables (required); NAME: one of several in the file"},
+    {0, "grid", VOL_OPT_TEXT, AT(grid), "NAME", NULL, "grid to render (density, or the only scalar one)"},
+    {0, "estimator", VOL_OPT_CHOICE, AT(estimator), NULL, "exact", "how rays are integrated",
+     "exact|full|integrals|direct"},
+    {0, "integrator", VOL_OPT_CHOICE, AT(integrator), NULL, "march", "how light is found", "march"},
+    {0, "step", VOL_OPT_LENGTH, AT(step), "LEN", "1v", "step of estimators that march: 0.5v (voxels), 0.1w (world units)"},
+    {0, "precise", VOL_OPT_FLAG, AT(precise), NULL, NULL, "in double precision"},
+    {0, "particle-step", VOL_OPT_REAL, AT(particle_step), "LEN", NULL, "overrides the file's particle_step, world units"},
+    {0, "scalar-step", VOL_OPT_REAL, AT(scalar_step), "DV", NULL, "overrides the file's scalar_step, units of the field"},
+    {0, "size", VOL_OPT_SIZE, AT(size), "WxH", "512x512", "size of the picture in pixels"},
+    {0, "eye", VOL_OPT_VEC3, AT(eye), "X,Y,Z", NULL, "where the camera is (from +z, all in view)"},
+    {0, "look-at", VOL_OPT_VEC3, AT(look_at), "X,Y,Z", NULL, "the point looked at (the middle of the volume)"},
+    {0, "up", VOL_OPT_VEC3, AT(up), "X,Y,Z", "0,1,0", "upwards in the picture"},
+    {0, "fov", VOL_OPT_REAL, AT(fov), "DEG", "40", "vertical angle of view"},
+    {0, "ortho", VOL_OPT_REAL, AT(ortho), "HEIGHT", NULL, "orthographic, this high in world units"},
+    {0, "camera", VOL_OPT_TEXT, AT(camera), "FILE", NULL, "the camera of an EXR file's worldToCamera and worldToNDC"},
+    {0, "samples", VOL_OPT_INT, AT(samples), "N", "1", "N x N rays per pixel, at the centres of its strata"},
+    {.name = "probe", .kind = VOL_OPT_LIST, .offset = AT(probe), .value_name = "X,Y", .unrecorded = true,
+     .help = "no image: the pixel's channels as JSON on stdout (repeatable; -v traces)"},
+    {.name = "crop", .kind = VOL_OPT_CROP, .offset = AT(crop), .value_name = "WxH+X+Y", .unrecorded = true,
+     .help = "only this part of the picture, as the data window"},
+    {0, "clip", VOL_OPT_LIST, AT(clip), "NX,NY,NZ,D", NULL, "keep n.x >= D, world units (repeatable)"},
+    {0, "background", VOL_OPT_TEXT, AT(background), "R,G,B|FILE", "0,0,0",
+     "what lies behind: a colour or a picture of the same size"},
+    {0, "light", VOL_OPT_LIST, AT(light), "SPEC", NULL,
+     "sun:DX,DY,DZ[:R,G,B], point:.., spot:.. (repeatable; none: headlight)"},
+    {0, "aov", VOL_OPT_TEXT, AT(aov), "LIST", NULL, "layers: Z,normal,surface,scatter,emit,steps"},
+    {0, "depth", VOL_OPT_CHOICE, AT(depth), NULL, "float", "channels' type; half clamps and counts", "float|half"},
+    {.name = "skip", .kind = VOL_OPT_FLAG, .offset = AT(skip), .fallback = "yes", .hidden = true, .unrecorded = true,
+     .help = "leave out what cannot be seen"},
+};
+enum { ROWS = sizeof table / sizeof *table, TABLE_NODES = 512 };
+
+/* Everything the picture is made from. */
+typedef struct Job {
+    const Run *run;
+    VolLook look;
+    VolGrid *grid;
+    VolLight *lights;
+    VolClip *clips;
+    VolCamera camera;
+    VolPixels picture;
+    VolScene scene;
+    VolFrame frame;
+    uint64_t digests[3][2]; /* of the volume, the transfer function and the background */
+    size_t digest_count;
+    char *prior_history;
+} Job;
+
+static void add_digest(Job *job, const VolBytes *bytes)
+{
+    VolHash hash;
+    vol_hash_begin(&hash);
+    vol_hash_add(&hash, bytes->data, bytes->size);
+    vol_hash_end(&hash, job->digests[job->digest_count++]);
+}
+
+static VolStatus read_look(Job *job, VolError *err)
+{
+    VolBytes bytes;
+    char *file;
+    const char *part;
+    if (!options.tf)
+        return vol_fail(err, VOL_USAGE, "no transfer function: give -t FILE");
+    VolStatus status = vol_tf_split_name(options.tf, access(options.tf, F_OK) == 0, &file, &part, err);
+    if (status)
+        return status;
+    status = run_read(job->run, file, &bytes, err);
+    if (!status) {
+        add_digest(job, &bytes);
+        status = vol_look_read(&bytes, vol_input_name(file), part, &job->run->log, &job->look, err);
+        vol_bytes_free(&bytes);
+    }
+    free(file);
+    return status;
+}
+
+/* Fits it to the volume. */
+static VolStatus fit_look(Job *job, VolError *err)
+{
+    VolScene *scene = &job->scene;
+    if (run_given(job->run, "particle-step") && !(options.particle_step > 0))
+        return vol_fail(err, VOL_USAGE, "--particle-step wants a length above 0");
+    if (run_given(job->run, "scalar-step") && !(options.scalar_step > 0))
+        return vol_fail(err, VOL_USAGE, "--scalar-step wants a value above 0");
+    scene->estimator = (VolEstimator)options.estimator;
+    scene->step = options.step.value * (options.step.voxels ? job->grid->voxel : 1);
+    if (!(scene->step > 0))
+        return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
+    VolLookSettings settings = {.particle_step = options.particle_step, .scalar_step = options.scalar_step,
+                                .full = scene->estimator == VOL_ESTIMATE_FULL,
+                                .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS, .step = scene->step,
+                                .nodes = TABLE_NODES, .threads = job->run->threads};
+    VolStatus status = vol_look_fit(&job->look, job->grid, &settings, &job->run->log, err);
+    scene->tf = vol_look_compiled(&job->look);
+    scene->preint = vol_look_preint(&job->look);
+    scene->integrals = &job->look.integrals;
+    vol_stats_stage(job->run->stats, "tables");
+    return status;
+}
+
+static VolStatus keep_history(Job *job, const VolVdb *vdb, VolError *err)
+{
+    const VolVdbMeta *meta = vol_meta_find(vol_vdb_file_meta(vdb), "vol:history");
+    if (!meta || job->run->common->no_history)
+        return VOL_OK;
+    job->prior_history = vol_meta_text(meta);
+    return job->prior_history ? VOL_OK : vol_fail_memory(err, meta->size);
+}
+
+static VolStatus load_volume(Job *job, VolError *err)
+{
+    const char *path = run_input(job->run);
+    VolBytes bytes;
+    VolVdb *vdb = NULL;
+    VolStatus status = run_read(job->run, path, &bytes, err);
+    if (status)
+        return status;
+    if (vol_kind(&bytes) != VOL_KIND_VDB) {
+        vol_bytes_free(&bytes);
+        return vol_fail(err, VOL_BAD_INPUT, "cannot read '%s': not a VDB file", vol_input_name(path));
+    }
+    add_digest(job, &bytes);
+    vol_stats_stage(job->run->stats, "read");
+    status = vol_vdb_open(bytes, vol_input_name(path), &vdb, err);
+    if (!status)
+        status = keep_history(job, vdb, err);
+    if (!status) {
+        status = vol_load_volume(vdb, options.grid, options.precise, &job->run->log, &job->grid, err);
+        if (status && !strstr(err->text, vol_input_name(path)))
+            vol_fail_within(err, status, "cannot read '%s'", vol_input_name(path));
+    }
+    vol_vdb_close(vdb);
+    vol_stats_stage(job->run->stats, "load");
+    return status;
+}
+
+static VolStatus set_lights(Job *job, VolError *err)
+{
+    size_t count = options.light.count;
+    job->lights = vol_alloc(count ? count : 1, sizeof *job->lights);
+    if (!job->lights)
+        return vol_fail_memory(err, count * sizeof *job->lights);
+    for (size_t i = 0; i < count; i++) {
+        VolStatus status = vol_light_parse(options.light.words[i], &job->lights[i], err);
+        if (status)
+            return status;
+    }
+    if (!count)
+        job->lights[0] = vol_light_head();
+    job->scene.lights = job->lights;
+    job->scene.light_count = count ? count : 1;
+    if (count && (job->scene.tf->has_scatter || job->scene.tf->has_emit) && job->scene.tf->model == VOL_MODEL_HYBRID)
+        vol_warn(&job->run->log, "--light shades surfaces only: without light grids particles stay unlit");
+    return VOL_OK;
+}
+
+static VolStatus set_clips(Job *job, VolError *err)
+{
+    size_t count = options.clip.count;
+    job->clips = vol_alloc(count, sizeof *job->clips);
+    if (!job->clips)
+        return vol_fail_memory(err, count * sizeof *job->clips);
+    for (size_t i = 0; i < count; i++) {
+        double v[4];
+        if (vol_parse_reals(options.clip.words[i], v, 4, 4) != 4)
+            return vol_fail(err, VOL_USAGE, "--clip '%s': want NX,NY,NZ,D", options.clip.words[i]);
+        if (v[0] == 0 && v[1] == 0 && v[2] == 0)
+            return vol_fail(err, VOL_USAGE, "--clip '%s': its normal has no length", options.clip.words[i]);
+        job->clips[i] = (VolClip){{v[0], v[1], v[2]}, v[3]};
+    }
+    job->scene.clips = job->clips;
+    job->scene.clip_count = count;
+    return VOL_OK;
+}
+
+/* The camera of another picture: its first part's matrices. */
+static VolStatus camera_from_file(Job *job, VolError *err)
+{
+    VolBytes bytes;
+    VolImage image;
+    VolStatus status = run_read(job->run, options.camera, &bytes, err);
+    if (status)
+        return status;
+    status = vol_exr_read_header(&bytes, vol_input_name(options.camera), &image, err);
+    vol_bytes_free(&bytes);
+    if (status)
+        return status;
+    const VolAttr *to_camera = vol_part_attr(&image.parts[0], "worldToCamera");
+    const VolAttr *to_ndc = vol_part_attr(&image.parts[0], "worldToNDC");
+    if (!to_camera || !to_ndc || to_camera->type != VOL_ATTR_M44F || to_ndc->type != VOL_ATTR_M44F)
+        status = vol_fail(err, VOL_BAD_INPUT, "it has no worldToCamera and worldToNDC");
+    else
+        status = vol_camera_from_matrices(to_camera->number, to_ndc->number, options.size.width, options.size.height,
+                                          &job->camera, err);
+    vol_image_free(&image);
+    return status ? vol_fail_within(err, status, "cannot use the camera of '%s'", vol_input_name(options.camera)) : VOL_OK;
+}
+
+static VolStatus set_camera(Job *job, VolError *err)
+{
+    const Run *run = job->run;
+    if (options.size.width > 1 << 20 || options.size.height > 1 << 20)
+        return vol_fail(err, VOL_USAGE, "--size: more than %d pixels across", 1 << 20);
+    VolStatus status;
+    if (options.camera) {
+        if (run_given(run, "eye") || run_given(run, "look-at") || run_given(run, "ortho") || run_given(run, "fov") ||
+            run_given(run, "up"))
+            return vol_fail(err, VOL_USAGE, "--camera together with --eye, --look-at, --up, --fov or --ortho");
+        status = camera_from_file(job, err);
+    } else {
+        if (run_given(run, "ortho") && run_given(run, "fov"))
+            return vol_fail(err, VOL_USAGE, "--ortho together with --fov");
+        VolCameraSettings settings = {
+            .width = options.size.width, .height = options.size.height, .has_eye = run_given(run, "eye"),
+            .has_look_at = run_given(run, "look-at"), .has_up = run_given(run, "up"), .eye = options.eye,
+            .look_at = options.look_at, .up = options.up, .orthographic = run_given(run, "ortho"),
+            .fov_degrees = options.fov, .ortho_height = options.ortho};
+        status = vol_camera_set(&settings, job->grid, &job->camera, err);
+    }
+    if (!status && vol_camera_behind(&job->camera, job->grid))
+        vol_warn(&run->log, "the volume lies behind the camera");
+    return status;
+}
+
+static VolStatus set_backdrop(Job *job, VolError *err)
+{
+    double *color = job->frame.backdrop.color;
+    job->scene.background_max = 0;
+    if (vol_parse_reals(options.background, color, 3, 3) == 3) {
+        for (int c = 0; c < 3; c++)
+            job->scene.background_max = fmax(job->scene.background_max, fabs(color[c]));
+        return VOL_OK;
+    }
+    VolBytes bytes;
+    VolStatus status = run_read(job->run, options.background, &bytes, err);
+    if (status)
+        return status;
+    add_digest(job, &bytes);
+    status = vol_pixels_read(&bytes, vol_input_name(options.background), false, &job->picture, err);
+    vol_bytes_free(&bytes);
+    if (status)
+        return status;
+    VolPixels *p = &job->picture;
+    if (p->width != options.size.width || p->height != options.size.height)
+        return vol_fail(err, VOL_BAD_INPUT, "background '%s' is %dx%d, the picture %" PRId64 "x%" PRId64,
+                        vol_input_name(options.background), p->width, p->height, options.size.width, options.size.height);
+    size_t pixels = (size_t)p->width * (size_t)p->height;
+    float *rgb = vol_alloc(pixels, 3 * sizeof *rgb);
+    if (!rgb)
+        return vol_fail_memory(err, pixels * 3 * sizeof *rgb);
+    for (size_t i = 0; i < pixels; i++)
+        for (size_t c = 0; c < 3; c++) {
+            float v = p->data[i * (size_t)p->channels + (p->channels >= 3 ? c : 0)];
+            rgb[i * 3 + c] = v;
+            if (!isfinite(v)) {
+                free(rgb);
+                return vol_fail(err, VOL_BAD_INPUT, "background '%s' has a pixel that is NaN or infinite",
+                                vol_input_name(options.background));
+            }
+            job->scene.background_max = fmax(job->scene.background_max, fabs((double)v));
+        }
+    free(p->data);
+    p->data = rgb;
+    job->frame.backdrop.picture = rgb;
+    return VOL_OK;
+}
+
+/* Black pictures have reasons: say the one we know. */
+static void warn_of_nothing(const Job *job)
+{
+    const VolTfCompiled *tf = job->scene.tf;
+    double lo, hi;
+    if (!vol_grid_range(job->grid, &lo, &hi))
+        vol_warn(&job->run->log, "no finite voxel in the grid: nothing to see");
+    else if (!vol_tf_range_visible(tf, lo, hi))
+        vol_warn(&job->run->log, "the transfer function shows nothing in the data's range %g to %g", lo, hi);
+    else if (tf->node_min <= tf->node_max && (tf->node_min > hi || tf->node_max < lo))
+        vol_warn(&job->run->log, "the transfer function's nodes, %g to %g, lie beyond the data's range %g to %g",
+                 tf->node_min, tf->node_max, lo, hi);
+}
+
+static VolStatus set_scene(Job *job, VolError *err)
+{
+    VolScene *scene = &job->scene;
+    scene->grid = job->grid;
+    scene->precise = options.precise;
+    scene->skip = options.skip;
+    scene->cpu = job->run->cpu;
+    if (options.samples < 1 || options.samples > 1024)
+        return vol_fail(err, VOL_USAGE, "--samples wants 1 to 1024");
+    VolStatus status = options.aov ? vol_layers_parse(options.aov, &scene->layers, err) : VOL_OK;
+    if (!status)
+        status = set_lights(job, err);
+    if (!status)
+        status = set_clips(job, err);
+    if (!status)
+        status = set_camera(job, err);
+    if (!status)
+        status = set_backdrop(job, err);
+    if (!status)
+        status = vol_scene_prepare(scene, err);
+    warn_of_nothing(job);
+    job->frame.scene = scene;
+    job->frame.camera = &job->camera;
+    job->frame.samples = (int)options.samples;
+    return status;
+}
+
+static VolStatus probe(Job *job, VolError *err)
+{
+    VolBytes text;
+    VolStatus status = vol_probe_json(&job->frame, options.probe.words, options.probe.count,
+                                      job->run->common->verbose > 0, &text, err);
+    if (!status)
+        status = vol_write_whole("-", text.data, text.size, (VolOutOptions){0}, err);
+    vol_bytes_free(&text);
+    return status;
+}
+
+static VolStatus check_crop(VolCrop *crop, VolError *err)
+{
+    if (!crop->width)
+        *crop = (VolCrop){options.size.width, options.size.height, 0, 0};
+    if (crop->x < 0 || crop->y < 0 || crop->x + crop->width > options.size.width ||
+        crop->y + crop->height > options.size.height)
+        return vol_fail(err, VOL_USAGE, "--crop %" PRId64 "x%" PRId64 "+%" PRId64 "+%" PRId64 " reaches beyond the picture",
+                        crop->width, crop->height, crop->x, crop->y);
+    return VOL_OK;
+}
+
+static void show_progress(void *user, double fraction)
+{
+    run_progress(user, fraction);
+}
+
+static void count_work(const Job *job, const VolFrameCounts *counts)
+{
+    VolStats *stats = job->run->stats;
+    vol_stats_count(stats, "rays", counts->rays);
+    vol_stats_count(stats, options.estimator == 0 ? "cells" : "samples", counts->cells);
+    vol_stats_count(stats, "bricks.total", job->grid->brick_count);
+    vol_stats_count(stats, "bricks.stored", job->grid->stored_bricks);
+    vol_stats_count(stats, "active_voxels", job->grid->active_voxels);
+    vol_stats_count(stats, "skipped.bricks", job->scene.bricks_skipped);
+    vol_stats_count(stats, "skipped.rays", counts->rays_missed);
+    vol_stats_real(stats, "stop_opacity", job->scene.stop_opacity);
+}
+
+static VolStatus write_image(Job *job, VolImage *image, VolError *err)
+{
+    VolBytes bytes = {0};
+    uint64_t clamped = 0;
+    VolStatus status = run_stamp_exr(job->run, job->prior_history, (const uint64_t(*)[2])job->digests, job->digest_count,
+                                     image, err);
+    if (!status)
+        status = vol_exr_write(image, VOL_EXR_ZIP, &bytes, &clamped, err);
+    if (clamped)
+        vol_warn(&job->run->log, "%" PRIu64 " values lay beyond half's range and were clamped to 65504", clamped);
+    vol_stats_count(job->run->stats, "half_clamped", clamped);
+    vol_stats_stage(job->run->stats, "encode");
+    if (!status)
+        status = run_write(job->run, bytes.data, bytes.size, true, err);
+    vol_bytes_free(&bytes);
+    vol_stats_stage(job->run->stats, "write");
+    return status;
+}
+
+static VolStatus render(Job *job, VolError *err)
+{
+    VolCrop crop = options.crop;
+    VolFrameCounts counts;
+    VolImage image;
+    VolStatus status = check_crop(&crop, err);
+    if (status)
+        return status;
+    VolPixelValue *pixels = vol_alloc((size_t)crop.width * (size_t)crop.height, sizeof *pixels);
+    if (!pixels)
+        return vol_fail_memory(err, (size_t)crop.width * (size_t)crop.height * sizeof *pixels);
+    vol_stats_stage(job->run->stats, "prepare");
+    status = vol_frame_render(&job->frame, crop.x, crop.y, crop.width, crop.height, job->run->threads, show_progress,
+                              (void *)job->run, pixels, &counts, err);
+    vol_stats_stage(job->run->stats, "render");
+    count_work(job, &counts);
+    if (!status)
+        status = vol_film_image(&job->frame, pixels, crop.x, crop.y, crop.width, crop.height, options.depth == 1, &image,
+                                err);
+    free(pixels);
+    if (status)
+        return status;
+    status = write_image(job, &image, err);
+    vol_image_free(&image);
+    return status;
+}
+
+static VolStatus vol_render(const Run *run, VolError *err)
+{
+    Job job = {.run = run};
+    VolStatus status = options.probe.count ? VOL_OK : run_check_output(run, true, err);
+    if (!status)
+        status = read_look(&job, err);
+    if (!status)
+        status = load_volume(&job, err);
+    if (!status)
+        status = fit_look(&job, err);
+    if (!status)
+        status = set_scene(&job, err);
+    if (!status)
+        status = options.probe.count ? probe(&job, err) : render(&job, err);
+    vol_scene_release(&job.scene);
+    vol_pixels_free(&job.picture);
+    vol_grid_free(job.grid);
+    vol_look_free(&job.look);
+    free(job.prior_history);
+    free(job.lights);
+    free(job.clips);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    static const Program program = {.name = "vol-render",
+                                    .summary = "render a volume to an EXR image",
+                                    .operands = "[IN.vdb]",
+                                    .table = table,
+                                    .rows = ROWS,
+                                    .options = &options,
+                                    .max_operands = 1,
+                                    .main = vol_render};
+    return program_main(&program, argc, argv);
+}

@@ -1,0 +1,136 @@
+#include "grid/grid.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "grid/grid_internal.h"
+
+static size_t hash_of(int32_t x, int32_t y, int32_t z)
+{
+    uint64_t h = (uint64_t)(uint32_t)x * 0x9e3779b97f4a7c15u;
+    h = (h ^ (uint64_t)(uint32_t)y) * 0xc2b2ae3d27d4eb4fu;
+    h = (h ^ (uint64_t)(uint32_t)z) * 0x165667b19e3779f9u;
+    return (size_t)(h ^ h >> 29);
+}
+
+const VolNode *vol_grid_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z)
+{
+    size_t mask = grid->hash_size - 1;
+    for (size_t slot = hash_of(x, y, z) & mask; grid->hash[slot]; slot = (slot + 1) & mask) {
+        const VolNode *node = &grid->nodes[grid->hash[slot] - 1];
+        if (node->at[0] == x && node->at[1] == y && node->at[2] == z)
+            return node;
+    }
+    return NULL;
+}
+
+void vol_grid_enter_node(VolGrid *grid, size_t number)
+{
+    const int32_t *at = grid->nodes[number].at;
+    size_t slot = hash_of(at[0], at[1], at[2]) & (grid->hash_size - 1);
+    while (grid->hash[slot])
+        slot = (slot + 1) & (grid->hash_size - 1);
+    grid->hash[slot] = (uint32_t)number + 1;
+}
+
+VolStatus vol_grid_rehash(VolGrid *grid, size_t size, VolError *err)
+{
+    uint32_t *hash = vol_alloc_zero(size, sizeof *hash);
+    if (!hash)
+        return vol_fail_memory(err, size * sizeof *hash);
+    free(grid->hash);
+    grid->hash = hash;
+    grid->hash_size = size;
+    for (size_t n = 0; n < grid->node_count; n++)
+        vol_grid_enter_node(grid, n);
+    return VOL_OK;
+}
+
+static size_t entry_of(int32_t bx, int32_t by, int32_t bz)
+{
+    return ((size_t)(bx & 15) * 16 + (size_t)(by & 15)) * 16 + (size_t)(bz & 15);
+}
+
+uint32_t vol_grid_brick_number(const VolGrid *grid, int32_t bx, int32_t by, int32_t bz)
+{
+    const VolNode *node = vol_grid_node(grid, bx >> 4, by >> 4, bz >> 4);
+    if (!node)
+        return 0;
+    return node->bricks ? node->bricks[entry_of(bx, by, bz)] : node->uniform;
+}
+
+uint32_t vol_grid_brick_at(const VolGrid *grid, int32_t i, int32_t j, int32_t k)
+{
+    return vol_grid_brick_number(grid, i >> 3, j >> 3, k >> 3);
+}
+
+double vol_grid_stored_value(const VolGrid *grid, const VolBrick *brick, int x, int y, int z)
+{
+    if (brick->storage == VOL_NO_STORAGE)
+        return brick->uniform;
+    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE + (size_t)((x * VOL_BRICK_SIDE + y) * VOL_BRICK_SIDE + z);
+    return grid->is_double ? ((const double *)grid->values)[at] : (double)((const float *)grid->values)[at];
+}
+
+static int32_t clamp(int32_t v, int32_t lo, int32_t hi) { return v < lo ? lo : v > hi ? hi : v; }
+
+double vol_grid_voxel(const VolGrid *grid, int32_t i, int32_t j, int32_t k)
+{
+    int32_t at[3] = {i, j, k};
+    for (int a = 0; a < 3; a++) {
+        int32_t inside = clamp(at[a], grid->voxel_min[a], grid->voxel_max[a]);
+        if (inside != at[a] && grid->domain == VOL_DOMAIN_SPARSE)
+            return grid->background;
+        at[a] = inside;
+    }
+    const VolBrick *brick = &grid->bricks[vol_grid_brick_at(grid, at[0], at[1], at[2])];
+    return vol_grid_stored_value(grid, brick, at[0] & 7, at[1] & 7, at[2] & 7);
+}
+
+void vol_grid_voxel_gradient(const VolGrid *grid, int32_t i, int32_t j, int32_t k, double gradient[3])
+{
+    double here = vol_grid_voxel(grid, i, j, k);
+    for (int a = 0; a < 3; a++) {
+        int32_t before[3] = {i, j, k}, after[3] = {i, j, k};
+        before[a]--;
+        after[a]++;
+        int span = 2;
+        double lo = vol_grid_voxel(grid, before[0], before[1], before[2]);
+        double hi = vol_grid_voxel(grid, after[0], after[1], after[2]);
+        bool box = grid->domain == VOL_DOMAIN_BOX;
+        if ((box && before[a] < grid->voxel_min[a]) || !isfinite(lo)) {
+            lo = here;
+            span--;
+        }
+        if ((box && after[a] > grid->voxel_max[a]) || !isfinite(hi)) {
+            hi = here;
+            span--;
+        }
+        gradient[a] = span > 0 ? (hi - lo) / span : 0;
+    }
+}
+
+bool vol_grid_range(const VolGrid *grid, double *lo, double *hi)
+{
+    *lo = INFINITY;
+    *hi = -INFINITY;
+    for (size_t b = grid->domain == VOL_DOMAIN_SPARSE ? 0 : 1; b < grid->brick_count; b++) {
+        *lo = fmin(*lo, grid->bricks[b].lo);
+        *hi = fmax(*hi, grid->bricks[b].hi);
+    }
+    return *lo <= *hi;
+}
+
+void vol_grid_free(VolGrid *grid)
+{
+    if (!grid)
+        return;
+    for (size_t n = 0; n < grid->node_count; n++)
+        free(grid->nodes[n].bricks);
+    free(grid->nodes);
+    free(grid->hash);
+    free(grid->bricks);
+    free(grid->values);
+    free(grid);
+}

@@ -1,0 +1,76 @@
+#include "load/look.h"
+
+#include "tf/foreign.h"
+
+VolStatus vol_look_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log, VolLook *out,
+                        VolError *err)
+{
+    *out = (VolLook){0};
+    return vol_load_transfer_function(bytes, name, part, log, &out->tf, &out->relative, &out->tables, err);
+}
+
+static bool changes_steps(const VolLook *look, const VolLookSettings *settings)
+{
+    return (settings->particle_step > 0 && settings->particle_step != look->tf.particle_step) ||
+           (settings->scalar_step > 0 && settings->scalar_step != look->tf.scalar_step);
+}
+
+/* Tables of this volume: only as far from the diagonal as the field can change over a step. */
+static VolStatus make_tables(VolLook *look, const VolGrid *grid, const VolLookSettings *settings, VolError *err)
+{
+    VolPreintOptions options = {.n = settings->nodes, .step = settings->step, .octaves = 1, .threads = settings->threads,
+                                .change = vol_volume_change(grid, settings->step)};
+    vol_preint_default_range(&look->compiled, &options.lo, &options.hi);
+    return vol_preint_build(&look->compiled, &options, &look->preint, err);
+}
+
+VolStatus vol_look_fit(VolLook *look, const VolGrid *grid, const VolLookSettings *settings, const VolLog *log,
+                       VolError *err)
+{
+    VolStatus status = VOL_OK;
+    if (look->tables && changes_steps(look, settings)) {
+        vol_note(log, "--particle-step or --scalar-step differ from the tables': made anew from their transfer function");
+        vol_tables_free(look->tables);
+        look->tables = NULL;
+    }
+    if (!look->tables) {
+        double lo, hi;
+        if (look->relative && vol_grid_range(grid, &lo, &hi))
+            vol_tf_rescale(&look->tf, lo, hi);
+        if (settings->particle_step > 0)
+            look->tf.particle_step = settings->particle_step;
+        if (settings->scalar_step > 0)
+            look->tf.scalar_step = settings->scalar_step;
+        status = vol_tf_compile(&look->tf, log, &look->compiled, err);
+    }
+    if (!status && settings->full && look->tables && !look->tables->preint.octave_count)
+        return vol_fail(err, VOL_BAD_INPUT, "the tables have no part 'full': make them with tf-preint --part full");
+    if (!status && settings->full && !look->tables)
+        status = make_tables(look, grid, settings, err);
+    if (!status && settings->integrals) {
+        status = vol_tf_integrals_new(vol_look_compiled(look), &look->integrals, err);
+        look->has_integrals = !status;
+    }
+    return status;
+}
+
+const VolTfCompiled *vol_look_compiled(const VolLook *look)
+{
+    return look->tables ? &look->tables->compiled : &look->compiled;
+}
+
+const VolPreint *vol_look_preint(const VolLook *look)
+{
+    return look->tables ? &look->tables->preint : &look->preint;
+}
+
+void vol_look_free(VolLook *look)
+{
+    if (look->has_integrals)
+        vol_tf_integrals_free(&look->integrals);
+    vol_preint_free(&look->preint);
+    vol_tf_compiled_free(&look->compiled);
+    vol_tables_free(look->tables);
+    vol_tf_free(&look->tf);
+    *look = (VolLook){0};
+}

@@ -1,0 +1,44 @@
+/* What makes a volume visible: a transfer function (ours, another program's, or pre-integration tables), fitted to the
+ * volume at hand, with the tables that an estimator needs. */
+#ifndef VOL_LOAD_LOOK_H
+#define VOL_LOAD_LOOK_H
+
+#include "grid/grid.h"
+#include "load/tables.h"
+#include "tf/preint.h"
+
+typedef struct VolLook {
+    VolTf tf;
+    VolTables *tables; /* as read, or NULL */
+    bool relative;     /* tf's values are fractions of the data's range */
+
+    /* After vol_look_fit: */
+    VolTfCompiled compiled;
+    VolPreint preint; /* octave_count 0: none */
+    VolTfIntegrals integrals;
+    bool has_integrals;
+} VolLook;
+
+typedef struct VolLookSettings {
+    double particle_step, scalar_step; /* 0: the file's */
+    bool full, integrals;              /* what the estimator needs */
+    double step;                       /* world units, for `full` */
+    size_t nodes;                      /* of tables made here */
+    int threads;
+} VolLookSettings;
+
+/* `part`: which of several transfer functions in the file, or NULL. */
+VolStatus vol_look_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log, VolLook *out,
+                        VolError *err);
+
+/* Stretches relative values over the grid's range, applies the settings, compiles, and makes the tables: those that were
+ * read are used as they are unless a setting changes what they hold (a note then says that they are made anew). */
+VolStatus vol_look_fit(VolLook *look, const VolGrid *grid, const VolLookSettings *settings, const VolLog *log,
+                       VolError *err);
+void vol_look_free(VolLook *look);
+
+/* The transfer function and the tables in force. */
+const VolTfCompiled *vol_look_compiled(const VolLook *look);
+const VolPreint *vol_look_preint(const VolLook *look);
+
+#endif

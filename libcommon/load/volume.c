@@ -1,0 +1,103 @@
+#include "load/volume.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+typedef struct Loading {
+    const VolVdbEntry *entry;
+    bool as_double;
+    VolGridSource source;
+    VolGridBuilder *builder;
+} Loading;
+
+/* vol:domain = "box" with vol:domainMin and vol:domainMax, else the active bounding box. */
+static VolStatus settle_domain(Loading *loading, const VolVdbGridInfo *info, VolError *err)
+{
+    const VolVdbMetaList *meta = &loading->entry->meta;
+    VolGridSource *source = &loading->source;
+    const VolVdbMeta *domain = vol_meta_find(meta, "vol:domain");
+    source->box = domain && strcmp(domain->type, "string") == 0 && domain->size == 3 && memcmp(domain->bytes, "box", 3) == 0;
+    memcpy(source->box_min, info->box_min, sizeof source->box_min);
+    memcpy(source->box_max, info->box_max, sizeof source->box_max);
+    source->empty = info->empty;
+    if (!source->box)
+        return VOL_OK;
+    const VolVdbMeta *lo = vol_meta_find(meta, "vol:domainMin"), *hi = vol_meta_find(meta, "vol:domainMax");
+    if (!lo && !hi)
+        return VOL_OK;
+    if (!lo || !hi || !vol_meta_vec3i(lo, source->box_min) || !vol_meta_vec3i(hi, source->box_max))
+        return vol_fail(err, VOL_BAD_INPUT, "vol:domainMin and vol:domainMax must both be vec3i");
+    for (int a = 0; a < 3; a++)
+        if (source->box_min[a] > source->box_max[a])
+            return vol_fail(err, VOL_BAD_INPUT, "vol:domainMin lies beyond vol:domainMax");
+    return VOL_OK;
+}
+
+static VolStatus begin(void *user, const VolVdbGridInfo *info, VolError *err)
+{
+    Loading *loading = user;
+    if (info->empty)
+        return vol_fail(err, VOL_BAD_INPUT, "it has no active voxels");
+    loading->source.index_to_world = info->index_to_world;
+    loading->source.background = info->background[0];
+    loading->source.level_set = info->level_set;
+    loading->source.as_double = loading->as_double;
+    loading->source.active_voxels = info->active_voxels;
+    VolStatus status = settle_domain(loading, info, err);
+    return status ? status : vol_grid_begin(&loading->source, &loading->builder, err);
+}
+
+static VolStatus leaf_float(void *user, const int32_t origin[3], const float *values, const uint64_t active[8],
+                            VolError *err)
+{
+    return vol_grid_leaf(((Loading *)user)->builder, origin, values, NULL, active, err);
+}
+
+static VolStatus leaf_double(void *user, const int32_t origin[3], const double *values, const uint64_t active[8],
+                             VolError *err)
+{
+    return vol_grid_leaf(((Loading *)user)->builder, origin, NULL, values, active, err);
+}
+
+static VolStatus tile(void *user, const int32_t origin[3], int32_t size, const double value[3], bool active, VolError *err)
+{
+    return vol_grid_tile(((Loading *)user)->builder, origin, size, value[0], active, err);
+}
+
+static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
+{
+    VolVdbValue value = vol_vdb_value(entry);
+    if (vol_vdb_components(value) != 1)
+        return vol_fail(err, VOL_BAD_INPUT, "it is of type %s, not a grid of scalars", entry->type);
+    if (!entry->transform_known)
+        return vol_fail(err, VOL_BAD_INPUT, "its transform is not affine");
+    return VOL_OK;
+}
+
+VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, const VolLog *log, VolGrid **out,
+                          VolError *err)
+{
+    size_t index;
+    *out = NULL;
+    VolStatus status = vol_vdb_find(vdb, grid_name, &index, err);
+    if (status)
+        return status;
+    const VolVdbEntry *entry = vol_vdb_entry(vdb, index);
+    VolVdbValue value = vol_vdb_value(entry);
+    bool wide = value == VOL_VALUE_DOUBLE || value == VOL_VALUE_INT32 || value == VOL_VALUE_INT64;
+    Loading loading = {.entry = entry, .as_double = keep_double && wide};
+    VolVdbVisitor visitor = {begin, leaf_float, loading.as_double ? leaf_double : NULL, tile};
+    status = check_entry(entry, err);
+    if (!status)
+        status = vol_vdb_visit(vdb, index, &visitor, &loading, err);
+    if (!status)
+        status = vol_grid_finish(loading.builder, out, err);
+    else
+        vol_grid_builder_free(loading.builder);
+    if (status)
+        return vol_fail_within(err, status, "grid '%s'", entry->name);
+    if ((*out)->bad_voxels)
+        vol_warn(log, "grid '%s': %" PRIu64 " voxels are NaN or infinite; the cells around them are left empty",
+                 entry->name, (*out)->bad_voxels);
+    return VOL_OK;
+}

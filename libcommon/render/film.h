@@ -1,0 +1,23 @@
+/* From pixels to an EXR image: channels, layers and the camera attributes. */
+#ifndef VOL_RENDER_FILM_H
+#define VOL_RENDER_FILM_H
+
+#include "base/status.h"
+#include "io/exr.h"
+#include "render/frame.h"
+
+/* "Z,normal,surface,scatter,emit,steps" -> VolLayer bits; VOL_USAGE lists the names. */
+VolStatus vol_layers_parse(const char *list, unsigned *layers, VolError *err);
+
+/* Channels of one pixel, in the order of vol_film_channel_name: R G B A, AR AG AB where attenuation is coloured, then the
+ * layers asked for.  `values` holds at least VOL_FILM_CHANNELS. */
+enum { VOL_FILM_CHANNELS = 24 };
+size_t vol_film_channels(const VolFrame *frame, const VolPixelValue *pixel, const char *names[VOL_FILM_CHANNELS],
+                         double values[VOL_FILM_CHANNELS]);
+
+/* The image of `width` x `height` pixels at (x0, y0) within the camera's full display window.  Z, A and steps stay float
+ * where `half` is asked for. */
+VolStatus vol_film_image(const VolFrame *frame, const VolPixelValue *pixels, int64_t x0, int64_t y0, int64_t width,
+                         int64_t height, bool half, VolImage *out, VolError *err);
+
+#endif

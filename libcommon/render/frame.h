@@ -1,0 +1,46 @@
+/* A picture: rays through pixels, gathered into channels. */
+#ifndef VOL_RENDER_FRAME_H
+#define VOL_RENDER_FRAME_H
+
+#include <stdint.h>
+
+#include "base/status.h"
+#include "render/camera.h"
+#include "render/scene.h"
+
+/* What lies behind the volume: one colour, or a picture of the frame's size (RGB, interleaved, row 0 on top). */
+typedef struct VolBackdrop {
+    double color[3];
+    const float *picture; /* NULL: the colour */
+} VolBackdrop;
+
+typedef struct VolPixelValue {
+    double color[3]; /* premultiplied, background composited in */
+    double alpha[3]; /* the volume's own, per channel */
+    double mean_alpha;
+    double depth;    /* along the view axis; 1e10 where alpha never passes 0.5 */
+    double normal[3], surface[3], scatter[3], emit[3];
+    double cells;
+} VolPixelValue;
+
+typedef struct VolFrame {
+    const VolScene *scene;
+    const VolCamera *camera;
+    VolBackdrop backdrop;
+    int samples; /* N: the centres of N x N strata, box filter */
+} VolFrame;
+
+typedef struct VolFrameCounts {
+    uint64_t rays, rays_missed, cells;
+} VolFrameCounts;
+
+/* One pixel of the picture, whatever part of it is being made. */
+void vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolFrameCounts *counts);
+
+/* Pixels x0 <= x < x0 + width, likewise y, row by row into `out` (width x height), spread over threads by tiles.
+ * `progress` (may be NULL) is called under a lock with 0..1. */
+VolStatus vol_frame_render(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, int threads,
+                           void (*progress)(void *user, double fraction), void *user, VolPixelValue *out,
+                           VolFrameCounts *counts, VolError *err);
+
+#endif

@@ -1,0 +1,13 @@
+/* The ray kernels in double, with AVX2 and fused multiply-add. */
+#define VOL_DOUBLE
+#include "render/real.h"
+
+#include "render/optics_tmpl.h"
+
+#include "render/direct_tmpl.h"
+#include "render/exact_tmpl.h"
+#include "render/segments_tmpl.h"
+
+void vol_exact_f64_avx2(const VolScene *scene, const VolRay *ray, VolRadiance *out) { trace_exact(scene, ray, out); }
+void vol_direct_f64_avx2(const VolScene *scene, const VolRay *ray, VolRadiance *out) { trace_direct(scene, ray, out); }
+void vol_segments_f64_avx2(const VolScene *scene, const VolRay *ray, VolRadiance *out) { trace_segments(scene, ray, out); }

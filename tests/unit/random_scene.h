@@ -1,0 +1,214 @@
+/* Random small scenes from a seed, for tests of the ray kernels: sparse or dense grids (some with holes, plateaus and
+ * values exactly at isosurfaces), sheared and mirrored transforms, transfer functions with jumps, spikes, isosurfaces and
+ * every kind of term. */
+#ifndef TESTS_UNIT_RANDOM_SCENE_H
+#define TESTS_UNIT_RANDOM_SCENE_H
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "grid/grid.h"
+#include "render/lights.h"
+#include "render/scene.h"
+#include "tf/tf.h"
+
+typedef struct Random {
+    uint64_t state;
+} Random;
+
+static inline uint64_t random_bits(Random *r)
+{
+    uint64_t z = (r->state += 0x9e3779b97f4a7c15u);
+    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ z >> 27) * 0x94d049bb133111ebu;
+    return z ^ z >> 31;
+}
+static inline double random_unit(Random *r) { return (double)(random_bits(r) >> 11) * 0x1p-53; }
+static inline double random_in(Random *r, double lo, double hi) { return lo + (hi - lo) * random_unit(r); }
+static inline int random_below(Random *r, int n) { return (int)(random_bits(r) % (uint64_t)n); }
+
+/* NO_PLATEAUS: no values exactly at knots and no holes, where rounding decides the side of a jump. */
+enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4 };
+
+typedef struct RandomScene {
+    VolGrid *grid;
+    VolTf tf;
+    VolTfCompiled compiled;
+    VolPreint tables;
+    VolTfIntegrals integrals;
+    VolLight lights[2];
+    VolClip clip;
+    VolScene scene;
+    int32_t lo[3], hi[3];
+} RandomScene;
+
+static inline double random_value(Random *r, int style)
+{
+    double v = random_unit(r);
+    if (style == 1)
+        v = floor(v * 5) / 4; /* plateaus, and values exactly at knots */
+    if (style == 2 && v < 0.6)
+        v = 0;
+    return v;
+}
+
+static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
+{
+    VolGridSource source = {.background = random_below(r, 4) ? 0 : random_unit(r), .box = random_below(r, 2) != 0};
+    for (int a = 0; a < 3; a++) {
+        s->lo[a] = random_below(r, 300) - 150;
+        int extent = random_below(r, 6) == 0 ? 1 : 1 + random_below(r, 20);
+        s->hi[a] = s->lo[a] + extent - 1;
+        source.box_min[a] = s->lo[a];
+        source.box_max[a] = s->hi[a];
+    }
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            source.index_to_world.m[i][j] = (i == j ? (random_below(r, 2) ? 0.5 : -0.5) : 0) + random_in(r, -0.2, 0.2);
+    VolVec3 middle = {0.5 * (s->lo[0] + s->hi[0]), 0.5 * (s->lo[1] + s->hi[1]), 0.5 * (s->lo[2] + s->hi[2])};
+    VolVec3 at = vol_apply_linear(&source.index_to_world, middle);
+    source.index_to_world.m[3][0] = -at.x;
+    source.index_to_world.m[3][1] = -at.y;
+    source.index_to_world.m[3][2] = -at.z;
+    VolGridBuilder *builder;
+    VolGrid *grid;
+    if (vol_grid_begin(&source, &builder, NULL))
+        abort();
+    bool plain = flags & RANDOM_NO_PLATEAUS;
+    int style = plain ? 0 : random_below(r, 3), holes = !plain && random_below(r, 4) == 0;
+    for (int32_t x = s->lo[0] & ~7; x <= s->hi[0]; x += 8)
+        for (int32_t y = s->lo[1] & ~7; y <= s->hi[1]; y += 8)
+            for (int32_t z = s->lo[2] & ~7; z <= s->hi[2]; z += 8) {
+                float values[512];
+                uint64_t active[8] = {0};
+                int32_t origin[3] = {x, y, z};
+                bool whole = true; /* an active tile lies inside the active bounding box */
+                for (int a = 0; a < 3; a++)
+                    whole = whole && origin[a] >= s->lo[a] && origin[a] + 7 <= s->hi[a];
+                if (whole && random_below(r, 3) == 0) {
+                    if (vol_grid_tile(builder, origin, 8, random_unit(r), true, NULL))
+                        abort();
+                    continue;
+                }
+                for (int n = 0; n < 512; n++) {
+                    int32_t at_voxel[3] = {x + (n >> 6), y + (n >> 3 & 7), z + (n & 7)};
+                    int inside = 1;
+                    for (int a = 0; a < 3; a++)
+                        inside &= at_voxel[a] >= s->lo[a] && at_voxel[a] <= s->hi[a];
+                    values[n] = inside ? (float)random_value(r, style) : (float)source.background;
+                    if (inside && holes && random_below(r, 60) == 0)
+                        values[n] = random_below(r, 2) ? NAN : INFINITY;
+                    if (inside)
+                        active[n >> 6] |= (uint64_t)1 << (n & 63);
+                }
+                if (vol_grid_leaf(builder, origin, values, NULL, active, NULL))
+                    abort();
+            }
+    if (vol_grid_finish(builder, &grid, NULL))
+        abort();
+    return grid;
+}
+
+static void random_nodes(Random *r, char *text, size_t size, const char *key, int color)
+{
+    size_t n = strlen(text);
+    n += (size_t)snprintf(text + n, size - n, ", \"%s\": [", key);
+    int count = 1 + random_below(r, 5);
+    double v = random_in(r, -0.2, 0.5);
+    for (int i = 0; i < count; i++) {
+        double amount = random_below(r, 3) ? random_unit(r) * 0.9 : 0;
+        n += (size_t)snprintf(text + n, size - n, "%s[%.3f, %.4f", i ? ", " : "", v, amount);
+        if (color)
+            n += (size_t)snprintf(text + n, size - n, ", [%.3f, %.3f, %.3f]", random_unit(r), random_unit(r),
+                                  random_unit(r));
+        n += (size_t)snprintf(text + n, size - n, "]");
+        v += random_below(r, 4) == 0 && i == 0 ? 0 : random_below(r, 3) ? random_in(r, 0.05, 0.4) : 0.01;
+    }
+    snprintf(text + n, size - n, "]");
+}
+
+
+static void random_tf(Random *r, int flags, char *text, size_t size)
+{
+    static const char *const models[] = {"hybrid", "unshaded", "classic"};
+    int model = flags & RANDOM_UNSHADED ? 1 : random_below(r, 3);
+    snprintf(text, size, "{\"pellucid\": \"transfer-function/1\", \"model\": \"%s\", \"interpolate\": \"%s\", "
+                         "\"particle_step\": %.3f, \"scalar_step\": %.3f",
+             models[model], random_below(r, 2) ? "extinction" : "opacity", random_in(r, 0.2, 2), random_in(r, 0.05, 0.5));
+    if (random_below(r, 4))
+        random_nodes(r, text, size, "scatter", 1);
+    if (random_below(r, 2) && model != 2)
+        random_nodes(r, text, size, "surface", 1);
+    if (random_below(r, 3) == 0)
+        random_nodes(r, text, size, "absorb", 1);
+    if (random_below(r, 3) == 0)
+        random_nodes(r, text, size, "emit", 1);
+    size_t n = strlen(text);
+    if (!(flags & RANDOM_NO_DELTAS) && random_below(r, 2)) {
+        n += (size_t)snprintf(text + n, size - n, ", \"isosurfaces\": [");
+        for (int i = 0, count = 1 + random_below(r, 3); i < count; i++)
+            n += (size_t)snprintf(text + n, size - n, "%s{\"value\": %.2f, \"opacity\": %.3f}", i ? ", " : "",
+                                  random_below(r, 2) ? 0.25 * random_below(r, 5) : random_unit(r), random_unit(r));
+        n += (size_t)snprintf(text + n, size - n, "]");
+    }
+    snprintf(text + n, size - n, "}");
+}
+
+__attribute__((unused)) static void random_scene(Random *r, int flags, RandomScene *s)
+{
+    char text[4096];
+    VolError err;
+    memset(s, 0, sizeof *s);
+    s->grid = random_grid(r, flags, s);
+    random_tf(r, flags, text, sizeof text);
+    VolBytes bytes = {(unsigned char *)text, strlen(text), false};
+    if (vol_tf_parse(&bytes, "random", &s->tf, NULL, &err) || vol_tf_compile(&s->tf, NULL, &s->compiled, &err)) {
+        printf("# %s\n# %s\n", err.text, text);
+        abort();
+    }
+    VolPreintOptions options = {.n = 33, .step = 0.2, .octaves = 1, .change = INFINITY, .threads = 1};
+    vol_preint_default_range(&s->compiled, &options.lo, &options.hi);
+    if (vol_preint_build(&s->compiled, &options, &s->tables, &err) ||
+        vol_tf_integrals_new(&s->compiled, &s->integrals, &err)) {
+        printf("# %s\n", err.text);
+        abort();
+    }
+    s->lights[0] = vol_light_head();
+    vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
+    s->clip = (VolClip){{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)}, -1};
+    s->scene = (VolScene){.grid = s->grid, .tf = &s->compiled, .lights = s->lights, .skip = true,
+                          .preint = &s->tables, .integrals = &s->integrals,
+                          .light_count = random_below(r, 2) ? 2 : 1, .clips = &s->clip,
+                          .clip_count = (size_t)random_below(r, 2), .step = 0.2, .layers = VOL_LAYER_Z};
+}
+
+__attribute__((unused)) static void random_scene_free(RandomScene *s)
+{
+    vol_grid_free(s->grid);
+    vol_preint_free(&s->tables);
+    vol_tf_integrals_free(&s->integrals);
+    vol_tf_compiled_free(&s->compiled);
+    vol_tf_free(&s->tf);
+}
+
+/* A ray towards the volume; now and then along an axis, through voxel centres, or from inside. */
+__attribute__((unused)) static VolRay random_ray(Random *r, const RandomScene *s)
+{
+    VolVec3 index = {random_in(r, s->lo[0], s->hi[0]), random_in(r, s->lo[1], s->hi[1]), random_in(r, s->lo[2], s->hi[2])};
+    VolVec3 direction = {random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)};
+    if (random_below(r, 3) == 0) {
+        index = vol_vec3(floor(index.x), floor(index.y), floor(index.z));
+        direction = vol_vec3(random_below(r, 3) - 1, random_below(r, 3) - 1, random_below(r, 3) - 1);
+        direction = vol_apply_linear(&s->grid->index_to_world, direction);
+    }
+    if (vol_length(direction) == 0)
+        direction = vol_vec3(0, 0, 1);
+    direction = vol_scale(direction, 1 / vol_length(direction));
+    VolVec3 target = vol_apply(&s->grid->index_to_world, index);
+    double back = random_below(r, 5) ? 30 : 0;
+    return (VolRay){vol_along(target, -back, direction), direction, 0, INFINITY};
+}
+
+#endif

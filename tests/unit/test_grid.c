@@ -1,0 +1,183 @@
+/* Bricks against the voxels they were made from: values, shared layers, ranges, gradients. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tests/unit/random_scene.h"
+#include "tests/unit/test.h"
+
+static const VolAffine identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
+
+/* What a brick holds at (x, y, z), 0..8. */
+static double held(const VolGrid *grid, uint32_t number, int x, int y, int z)
+{
+    const VolBrick *brick = &grid->bricks[number];
+    if (brick->storage == VOL_NO_STORAGE)
+        return brick->uniform;
+    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE + (size_t)((x * 9 + y) * 9 + z);
+    return grid->is_double ? ((const double *)grid->values)[at] : (double)((const float *)grid->values)[at];
+}
+
+static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }
+
+/* Every voxel of every cell of the domain: the brick's copy equals the voxel, and lies within the brick's range. */
+static void check_bricks(const VolGrid *grid)
+{
+    for (int32_t x = grid->cell_min[0]; x <= grid->cell_max[0] + 1; x++)
+        for (int32_t y = grid->cell_min[1]; y <= grid->cell_max[1] + 1; y++)
+            for (int32_t z = grid->cell_min[2]; z <= grid->cell_max[2] + 1; z++)
+                for (int n = 0; n < 8; n++) {
+                    int32_t v[3] = {x, y, z}, cell[3] = {x - (n >> 2), y - (n >> 1 & 1), z - (n & 1)};
+                    bool inside = true;
+                    for (int a = 0; a < 3; a++)
+                        inside = inside && cell[a] >= grid->cell_min[a] && cell[a] <= grid->cell_max[a];
+                    if (!inside)
+                        continue;
+                    uint32_t number = vol_grid_brick_at(grid, cell[0], cell[1], cell[2]);
+                    int at[3];
+                    for (int a = 0; a < 3; a++)
+                        at[a] = v[a] - (cell[a] & ~7);
+                    double want = vol_grid_voxel(grid, x, y, z), got = held(grid, number, at[0], at[1], at[2]);
+                    const VolBrick *brick = &grid->bricks[number];
+                    if (!same(got, want))
+                        FAIL("voxel %d %d %d: brick holds %g, voxel is %g", x, y, z, got, want);
+                    if (isfinite(want) ? !(want >= brick->lo && want <= brick->hi) : !brick->holes)
+                        FAIL("voxel %d %d %d: %g outside the brick's range %g to %g", x, y, z, want, brick->lo, brick->hi);
+                }
+}
+
+static void bricks_repeat_their_voxels(void)
+{
+    for (uint64_t seed = 1; seed <= 200; seed++) {
+        Random r = {seed};
+        RandomScene s;
+        memset(&s, 0, sizeof s);
+        s.grid = random_grid(&r, 0, &s);
+        check_bricks(s.grid);
+        vol_grid_free(s.grid);
+    }
+}
+
+/* A volume of one large tile with a leaf at its corner. */
+static void large_tiles_are_not_unfolded(void)
+{
+    VolGridSource source = {.index_to_world = identity, .background = 0, .box_min = {0, 0, 0}, .box_max = {511, 511, 511}};
+    VolGridBuilder *builder;
+    VolGrid *grid;
+    if (vol_grid_begin(&source, &builder, NULL))
+        abort();
+    for (int32_t x = 0; x < 512; x += 128)
+        for (int32_t y = 0; y < 512; y += 128)
+            for (int32_t z = 0; z < 512; z += 128)
+                if (x || y || z)
+                    CHECK(vol_grid_tile(builder, (int32_t[3]){x, y, z}, 128, 0.5, true, NULL) == VOL_OK);
+    float values[512];
+    uint64_t active[8];
+    memset(active, 0xff, sizeof active);
+    for (int n = 0; n < 512; n++)
+        values[n] = (float)n;
+    CHECK(vol_grid_leaf(builder, (int32_t[3]){120, 120, 120}, values, NULL, active, NULL) == VOL_OK);
+    CHECK(vol_grid_finish(builder, &grid, NULL) == VOL_OK);
+    CHECK(grid->stored_bricks < 30000); /* both sides of the outer faces, 6 x 64^2, not all 64^3 bricks */
+    CHECK(vol_grid_voxel(grid, 300, 400, 500) == 0.5);
+    CHECK(vol_grid_voxel(grid, 120, 120, 121) == 1);
+    CHECK(vol_grid_voxel(grid, 512, 5, 5) == 0);
+    for (int n = 0; n < 9; n++) { /* the leaf's brick ends in the tile's values */
+        uint32_t brick = vol_grid_brick_at(grid, 120, 120, 120);
+        CHECK(held(grid, brick, 8, n, n) == vol_grid_voxel(grid, 128, 120 + n, 120 + n));
+    }
+    uint32_t edge = vol_grid_brick_at(grid, 504, 130, 130);
+    CHECK(held(grid, edge, 8, 0, 0) == 0 && held(grid, edge, 7, 0, 0) == 0.5);
+    vol_grid_free(grid);
+}
+
+static VolGrid *ramp(bool box, const int32_t lo[3], const int32_t hi[3], double gx, double gy, double gz, bool wide)
+{
+    VolGridSource source = {.index_to_world = identity, .box = box, .as_double = wide};
+    memcpy(source.box_min, lo, sizeof source.box_min);
+    memcpy(source.box_max, hi, sizeof source.box_max);
+    VolGridBuilder *builder;
+    VolGrid *grid;
+    if (vol_grid_begin(&source, &builder, NULL))
+        abort();
+    for (int32_t x = lo[0] & ~7; x <= hi[0]; x += 8)
+        for (int32_t y = lo[1] & ~7; y <= hi[1]; y += 8)
+            for (int32_t z = lo[2] & ~7; z <= hi[2]; z += 8) {
+                double values[512];
+                float narrow[512];
+                uint64_t active[8];
+                memset(active, 0xff, sizeof active);
+                for (int n = 0; n < 512; n++) {
+                    values[n] = gx * (x + (n >> 6)) + gy * (y + (n >> 3 & 7)) + gz * (z + (n & 7));
+                    narrow[n] = (float)values[n];
+                }
+                if (vol_grid_leaf(builder, (int32_t[3]){x, y, z}, wide ? NULL : narrow, wide ? values : NULL, active, NULL))
+                    abort();
+            }
+    if (vol_grid_finish(builder, &grid, NULL))
+        abort();
+    return grid;
+}
+
+static void gradients_are_central_and_one_sided_at_faces(void)
+{
+    const int32_t lo[3] = {-3, 5, 7}, hi[3] = {12, 20, 22};
+    VolGrid *grid = ramp(true, lo, hi, 0.25, -0.5, 2, false);
+    for (int n = 0; n < 27; n++) {
+        int32_t at[3];
+        for (int a = 0, d = n; a < 3; a++, d /= 3)
+            at[a] = d % 3 == 0 ? lo[a] : d % 3 == 1 ? hi[a] : lo[a] + 3;
+        double g[3];
+        vol_grid_voxel_gradient(grid, at[0], at[1], at[2], g);
+        CHECK(g[0] == 0.25 && g[1] == -0.5 && g[2] == 2);
+    }
+    vol_grid_free(grid);
+}
+
+static void a_box_of_one_voxel_is_constant_along_it(void)
+{
+    for (int32_t base = -9; base <= 9; base++) {
+        const int32_t lo[3] = {base, 2, base}, hi[3] = {base, 12, base};
+        VolGrid *grid = ramp(true, lo, hi, 0.25, 0.5, 2, false);
+        double g[3];
+        check_bricks(grid);
+        CHECK(grid->thin[0] && !grid->thin[1] && grid->thin[2]);
+        CHECK(grid->domain_min[0] == base - 0.5 && grid->domain_max[2] == base + 0.5);
+        CHECK(grid->cell_min[0] == base - 1 && grid->cell_max[0] == base);
+        vol_grid_voxel_gradient(grid, base, 5, base, g);
+        CHECK(g[0] == 0 && g[1] == 0.5 && g[2] == 0);
+        vol_grid_free(grid);
+    }
+}
+
+static void doubles_are_kept(void)
+{
+    const int32_t lo[3] = {0, 0, 0}, hi[3] = {9, 9, 9};
+    VolGrid *grid = ramp(true, lo, hi, 0x1p-40 + 1, 0, 0, true);
+    CHECK(vol_grid_voxel(grid, 1, 3, 9) == 0x1p-40 + 1);
+    check_bricks(grid);
+    vol_grid_free(grid);
+}
+
+static void what_cannot_be_served_is_refused(void)
+{
+    VolGridBuilder *builder;
+    VolError err;
+    VolGridSource flat = {.box_max = {1, 1, 1}};
+    CHECK(vol_grid_begin(&flat, &builder, &err) == VOL_BAD_INPUT);
+    VolGridSource far = {.index_to_world = identity, .box_max = {INT32_MAX, 1, 1}};
+    CHECK(vol_grid_begin(&far, &builder, &err) == VOL_BAD_INPUT);
+    VolGridSource inverted = {.index_to_world = identity, .box_min = {2, 0, 0}, .box_max = {1, 1, 1}};
+    CHECK(vol_grid_begin(&inverted, &builder, &err) == VOL_BAD_INPUT);
+}
+
+int main(void)
+{
+    RUN(bricks_repeat_their_voxels);
+    RUN(large_tiles_are_not_unfolded);
+    RUN(gradients_are_central_and_one_sided_at_faces);
+    RUN(a_box_of_one_voxel_is_constant_along_it);
+    RUN(doubles_are_kept);
+    RUN(what_cannot_be_served_is_refused);
+    return test_end();
+}
