@@ -1,0 +1,2 @@
+makevdb >a.vdb
+exr-join -o j.exr a.vdb

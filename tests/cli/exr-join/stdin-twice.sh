@@ -1,0 +1,1 @@
+exr-join -o j.exr - - </dev/null

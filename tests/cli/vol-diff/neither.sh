@@ -1,0 +1,2 @@
+echo hello >a.txt
+vol-diff a.txt a.txt

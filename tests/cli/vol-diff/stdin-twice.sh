@@ -1,0 +1,1 @@
+makeexr 8x8 R=1 | vol-diff - -

@@ -1,0 +1,2 @@
+makeexr 8x8 R=1 >b.exr
+vol-diff - b.exr <b.exr

@@ -1,0 +1,1 @@
+vol-gen -o a.vdb

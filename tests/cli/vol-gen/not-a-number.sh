@@ -1,0 +1,1 @@
+vol-gen field constant --param value=one -o a.vdb

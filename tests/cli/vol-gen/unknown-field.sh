@@ -1,0 +1,1 @@
+vol-gen field blancmange -o a.vdb

@@ -1,0 +1,1 @@
+vol-gen field sphere --param wobble=1 -o a.vdb

@@ -1,0 +1,1 @@
+vol-gen field constant --size 0 -o a.vdb

@@ -1,0 +1,1 @@
+vol-import -o a.vdb nothing.nii

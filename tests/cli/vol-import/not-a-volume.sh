@@ -1,0 +1,2 @@
+echo "hello, hello, hello" >a.txt
+vol-import -o a.vdb a.txt

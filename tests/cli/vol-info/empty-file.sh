@@ -1,0 +1,1 @@
+vol-info </dev/null

@@ -1,0 +1,3 @@
+makevdb --name smoke >a.vdb
+vol-info --json a.vdb >a.json
+json a.json && grep -q smoke a.json

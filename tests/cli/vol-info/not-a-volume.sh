@@ -1,0 +1,2 @@
+echo hello >a.txt
+vol-info a.txt

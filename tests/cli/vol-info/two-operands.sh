@@ -1,0 +1,2 @@
+makevdb >a.vdb
+vol-info a.vdb a.vdb
