@@ -70,7 +70,7 @@ all: $(BINS) $(SOS) ## build every program and adapter
 core: $(CORE_BINS) $(CORE_SOS)
 
 # ---- set-up --------------------------------------------------------------------------------------------------------
-PKGS_CORE := gcc g++ make libc6-dev libopenexr-dev libopenvdb-dev libtbb-dev libblosc-dev libimath-dev \
+PKGS_CORE := gcc g++ make libc6-dev libopenexr-dev libopenvdb-dev libtbb-dev libblosc-dev libboost-dev libimath-dev \
              libopenimageio-dev libjansson-dev libexpat1-dev zlib1g-dev
 PKGS_ALL  := $(PKGS_CORE) libvtk9-dev mandoc
 deps-core:
