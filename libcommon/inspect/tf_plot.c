@@ -7,9 +7,9 @@
 #include "plot/raster.h"
 
 enum { WIDTH = 720, PANEL = 240, LEFT = 70, RIGHT = 20, TOP = 44, BOTTOM = 36, STRIP = 12, POLAR = 420 };
-enum { PAPER = 0xffffff, INK = 0x202020, PALE = 0xdddddd, BAR = 0xb8c4d0, RED = 0xc03030, GREEN = 0x2a8a2a, BLUE = 0x3050c0 };
+enum { PAPER = 0xffffff, INK = 0x202020, PALE = 0xdddddd, BAR = 0xb8c4d0 };
 
-static const uint32_t channel_ink[3] = {RED, GREEN, BLUE};
+static const uint32_t channel_ink[3] = {0xc03030, 0x2a8a2a, 0x3050c0};
 static const double pi = 3.14159265358979323846;
 
 /* ---- What is drawn in a panel ---- */
@@ -30,8 +30,8 @@ typedef struct Plot {
 
 static bool is_there(const VolTf *tf, Kind kind)
 {
-    const size_t count[KINDS] = {tf->scatter.count, tf->absorb.count, tf->emit.count, tf->surface.count + tf->isosurface_count,
-                                 tf->transport.count, tf->surfaceness.count};
+    const size_t count[KINDS] = {tf->scatter.count, tf->absorb.count, tf->emit.count,
+                                 tf->surface.count + tf->isosurface_count, tf->transport.count, tf->surfaceness.count};
     return count[kind] > 0;
 }
 
@@ -85,7 +85,7 @@ static uint32_t color_at(const Plot *plot, Kind kind, double v, double most)
 
 /* ---- Panels over values ---- */
 
-static void draw_histogram(const Plot *plot, const VolAxes *axes)
+static void draw_histogram(Plot *plot, const VolAxes *axes)
 {
     const VolSeries *data = plot->data;
     double most = 1, width = data->max - data->min;
@@ -94,13 +94,15 @@ static void draw_histogram(const Plot *plot, const VolAxes *axes)
     for (int i = 0; i < VOL_BINS; i++) {
         if (!data->bins[i])
             continue;
-        int left = vol_axes_x(axes, data->min + width * i / VOL_BINS), right = vol_axes_x(axes, data->min + width * (i + 1) / VOL_BINS);
+        int left = vol_axes_x(axes, data->min + width * i / VOL_BINS);
+        int right = vol_axes_x(axes, data->min + width * (i + 1) / VOL_BINS);
         int tall = (int)nearbyint(axes->height * vol_log1p((double)data->bins[i]) / vol_log1p(most));
-        vol_raster_box((VolRaster *)&plot->raster, left, axes->top + axes->height - tall, right > left ? right - left : 1, tall, BAR);
+        vol_raster_box(&plot->raster, left, axes->top + axes->height - tall, right > left ? right - left : 1, tall, BAR);
     }
 }
 
-/* Column by column from the lowest to the highest that the curve is there, so that no spike falls between two columns. */
+/* Column by column from the lowest to the highest that the curve is there, so that no spike falls between two
+ * columns. */
 static void draw_curve(Plot *plot, const VolAxes *axes, Kind kind, int channel, uint32_t ink)
 {
     const VolTfCompiled *tf = plot->compiled;
@@ -110,7 +112,8 @@ static void draw_curve(Plot *plot, const VolAxes *axes, Kind kind, int channel, 
         double v1 = axes->x0 + (axes->x1 - axes->x0) * (column + 1) / axes->width, lo = last, hi = last;
         for (size_t i = vol_tf_interval(tf, v0); i <= tf->knot_count && tf->intervals[i].v0 < v1; i++) {
             const VolTfInterval *in = &tf->intervals[i];
-            double a = height(plot, kind, channel, in, fmax(v0, in->v0)), b = height(plot, kind, channel, in, fmin(v1, in->v1));
+            double a = height(plot, kind, channel, in, fmax(v0, in->v0));
+            double b = height(plot, kind, channel, in, fmin(v1, in->v1));
             lo = fmin(lo, fmin(a, b)); /* drops the NaN of the first column */
             hi = fmax(hi, fmax(a, b));
             last = b;
@@ -178,7 +181,8 @@ static double phase_at(const VolTf *tf, int channel, double cosine)
     size_t after = 0;
     while (after < table->count && table->nodes[after].v <= cosine)
         after++;
-    const VolTfNode *p = &table->nodes[after ? after - 1 : 0], *q = &table->nodes[after < table->count ? after : table->count - 1];
+    const VolTfNode *p = &table->nodes[after ? after - 1 : 0];
+    const VolTfNode *q = &table->nodes[after < table->count ? after : table->count - 1];
     double u = q->v > p->v ? fmin(fmax((cosine - p->v) / (q->v - p->v), 0), 1) : 0;
     return p->color[channel] + u * (q->color[channel] - p->color[channel]);
 }
@@ -201,7 +205,8 @@ static void draw_around(Plot *plot, int x, int y, double scale, int channel, uin
 
 static void draw_phase(Plot *plot, int top)
 {
-    int curves = plot->tf->phase_table.count ? 3 : 1, x = WIDTH / 2, y = top + TOP + (POLAR - TOP) / 2, radius = (POLAR - TOP) / 2 - 16;
+    int curves = plot->tf->phase_table.count ? 3 : 1;
+    int x = WIDTH / 2, y = top + TOP + (POLAR - TOP) / 2, radius = (POLAR - TOP) / 2 - 16;
     double most = 1e-300;
     for (int i = 0; i <= AROUND; i++)
         for (int c = 0; c < curves; c++)

@@ -1,6 +1,6 @@
-/* Pre-integration tables as EXR: parts `tf`, `integrals`, `full`, `full@2`, ... of 32-bit floats with the transfer function
- * itself in the header, so that everything else (isosurfaces, shading, exact integrals) follows from one file.  Channels
- * and attributes: pellucid-files(5). */
+/* Pre-integration tables as EXR: parts `tf`, `integrals`, `full`, `full@2`, ... of 32-bit floats with the transfer
+ * function itself in the header, so that everything else (isosurfaces, shading, exact integrals) follows from one
+ * file.  Channels and attributes: pellucid-files(5). */
 #ifndef VOL_LOAD_TABLES_H
 #define VOL_LOAD_TABLES_H
 
@@ -26,20 +26,21 @@ void vol_tables_free(VolTables *tables);
 /* The parts whose bits are set.  VOL_BAD_INPUT where a number does not fit a float. */
 VolStatus vol_tables_to_image(const VolTables *tables, unsigned parts, VolImage *image, VolError *err);
 
-/* VOL_BAD_INPUT: no transfer function in the header or another than the tables were made from, another version, an empty
- * range, parts of different sizes, missing parts, channels or attributes, numbers that are not finite, opacities that
- * are none. */
+/* VOL_BAD_INPUT: no transfer function in the header or another than the tables were made from, another version, an
+ * empty range, parts of different sizes, missing parts, channels or attributes, numbers that are not finite,
+ * opacities that are none. */
 VolStatus vol_tables_from_image(const VolImage *image, const char *name, const VolLog *log, VolTables **out,
                                 VolError *err);
 
-/* A transfer function of any kind: our JSON, other programs' files (`part` names one of several, or NULL), or tables, for
- * which *tables is not NULL and `tf` what they were made from.  *relative: values are fractions of the data's range, see
- * vol_tf_rescale. */
+/* A transfer function of any kind: our JSON, other programs' files (`part` names one of several, or NULL), or
+ * tables, for which *tables is not NULL and `tf` what they were made from.  *relative: values are fractions of the
+ * data's range, see vol_tf_rescale. */
 VolStatus vol_load_transfer_function(const VolBytes *bytes, const char *name, const char *part, const VolLog *log,
                                      VolTf *tf, bool *relative, VolTables **tables, VolError *err);
 
 /* A bound of the change of the value along any straight line of this length (world units) in the domain: the largest
- * differences between neighbouring voxels along each axis, times the cells passed along it; at most the values' range. */
+ * differences between neighbouring voxels along each axis, times the cells passed along it; at most the values'
+ * range. */
 double vol_volume_change(const VolGrid *grid, double length);
 
 #endif

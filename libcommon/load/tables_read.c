@@ -1,4 +1,5 @@
-/* Tables from EXR, distrusted: a table that does not fit its transfer function makes pictures that are wrong and look right. */
+/* Tables from EXR, distrusted: a table that does not fit its transfer function makes pictures that are wrong and
+ * look right. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -26,7 +27,8 @@ static const VolAttr *find_attr(const VolPart *part, const char *name, VolAttrTy
 }
 
 /* Version, range, size, and that it belongs to this transfer function. */
-static VolStatus check_part(const VolPart *part, const VolTables *tables, bool square, VolPreintOptions *options, VolError *err)
+static VolStatus check_part(const VolPart *part, const VolTables *tables, bool square, VolPreintOptions *options,
+                            VolError *err)
 {
     char digest[33];
     double range[2];
@@ -40,10 +42,12 @@ static VolStatus check_part(const VolPart *part, const VolTables *tables, bool s
         return vol_fail(err, VOL_BAD_INPUT, "part '%s' is of version %g; this program reads version %d", part->name,
                         version->number[0], VOL_TABLES_VERSION);
     if (vol_parse_reals(text->text, range, 2, 2) != 2 || !(range[0] < range[1]))
-        return vol_fail(err, VOL_BAD_INPUT, "part '%s': its range '%.80s' is not LO,HI with LO below HI", part->name, text->text);
+        return vol_fail(err, VOL_BAD_INPUT, "part '%s': its range '%.80s' is not LO,HI with LO below HI", part->name,
+                        text->text);
     vol_json_digest(tables->json, digest);
     if (strcmp(hash->text, digest) != 0 || scalar_step->number[0] != tables->tf.scalar_step)
-        return vol_fail(err, VOL_BAD_INPUT, "part '%s' was made from another transfer function than the header has", part->name);
+        return vol_fail(err, VOL_BAD_INPUT, "part '%s' was made from another transfer function than the header has",
+                        part->name);
     size_t width = vol_box2_width(part->data_window), height = vol_box2_height(part->data_window);
     if (width < 2 || height != (square ? width : 1))
         return vol_fail(err, VOL_BAD_INPUT, "part '%s' is %zux%zu, not %s", part->name, width, height,
@@ -131,7 +135,8 @@ static VolStatus survey_full(const VolImage *image, const VolTables *tables, Vol
         if (o == 0)
             options->step = step->number[0];
         if (!(step->number[0] > 0) || step->number[0] != ldexp(options->step, (int)o))
-            return vol_fail(err, VOL_BAD_INPUT, "part '%s': its step %g is not that of its octave", part->name, step->number[0]);
+            return vol_fail(err, VOL_BAD_INPUT, "part '%s': its step %g is not that of its octave", part->name,
+                            step->number[0]);
         if (!(band->number[0] >= 1 && band->number[0] < (double)options->n))
             return vol_fail(err, VOL_BAD_INPUT, "part '%s': its band of %g is not 1 to %zu", part->name, band->number[0],
                             options->n - 1);
@@ -140,15 +145,15 @@ static VolStatus survey_full(const VolImage *image, const VolTables *tables, Vol
     return VOL_OK;
 }
 
-static VolStatus read_entry(const VolPart *part, const VolPlane *planes, size_t count, const float *const *data, size_t opacities,
-                            size_t i, size_t j, size_t n, float *entry, VolError *err)
+static VolStatus read_entry(const VolPart *part, const VolPlane *planes, size_t count, const float *const *data,
+                            size_t opacities, size_t i, size_t j, size_t n, float *entry, VolError *err)
 {
     for (size_t p = 0; p < count; p++) {
         float x = data[p][j * n + i];
         bool opacity = planes[p].offset < opacities;
         if (!isfinite(x) || (opacity && !(x >= 0 && x <= 1)))
-            return vol_fail(err, VOL_BAD_INPUT, "part '%s': %s of entry (%zu, %zu) is %g, not %s", part->name, planes[p].name, i,
-                            j, (double)x, opacity ? "an opacity" : "finite");
+            return vol_fail(err, VOL_BAD_INPUT, "part '%s': %s of entry (%zu, %zu) is %g, not %s", part->name,
+                            planes[p].name, i, j, (double)x, opacity ? "an opacity" : "finite");
         entry[planes[p].offset] = x;
     }
     return VOL_OK;
@@ -198,18 +203,21 @@ static const char *find_json(const VolImage *image)
     return NULL;
 }
 
-VolStatus vol_tables_from_image(const VolImage *image, const char *name, const VolLog *log, VolTables **out, VolError *err)
+VolStatus vol_tables_from_image(const VolImage *image, const char *name, const VolLog *log, VolTables **out,
+                                VolError *err)
 {
     *out = NULL;
     const char *json = find_json(image);
     if (!json)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot use tables '%s': no transfer function in the header (vol:transferFunction)", name);
+        return vol_fail(err, VOL_BAD_INPUT, "cannot use tables '%s': no transfer function in the header (%s)", name,
+                        "vol:transferFunction");
     VolTables *tables = vol_alloc_zero(1, sizeof *tables);
     if (!tables)
         return vol_fail_memory(err, sizeof *tables);
     VolBytes bytes = {(unsigned char *)(uintptr_t)json, strlen(json), false}; /* not written to */
     tables->json = vol_copy_text(json);
-    VolStatus status = tables->json ? vol_tf_parse(&bytes, name, &tables->tf, log, err) : vol_fail_memory(err, strlen(json) + 1);
+    VolStatus status = tables->json ? vol_tf_parse(&bytes, name, &tables->tf, log, err)
+                                    : vol_fail_memory(err, strlen(json) + 1);
     if (!status)
         status = vol_tf_compile(&tables->tf, log, &tables->compiled, err);
     if (!status) {
@@ -224,8 +232,8 @@ VolStatus vol_tables_from_image(const VolImage *image, const char *name, const V
     return status;
 }
 
-static VolStatus read_tables_file(const VolBytes *bytes, const char *name, const VolLog *log, VolTf *tf, VolTables **tables,
-                                  VolError *err)
+static VolStatus read_tables_file(const VolBytes *bytes, const char *name, const VolLog *log, VolTf *tf,
+                                  VolTables **tables, VolError *err)
 {
     VolImage image;
     VolStatus status = vol_exr_read(bytes, name, &image, err);

@@ -1,5 +1,5 @@
-/* How fast a field can change, from differences of neighbouring voxels: inside a cell the derivative along an axis is a mean of
- * the cell's four edges along it. */
+/* How fast a field can change, from differences of neighbouring voxels: inside a cell the derivative along an axis
+ * is a mean of the cell's four edges along it. */
 #include <math.h>
 
 #include "load/tables.h"
@@ -16,34 +16,51 @@ static void widen(double *most, double a, double b)
         *most = d;
 }
 
-/* A brick repeats the first voxels of the next, so that all edges lie within bricks; one value has none. */
-static void widen_by_brick(const VolGrid *grid, const VolBrick *brick, double most[3])
+/* A brick repeats the first voxels of the next, so that all edges lie within bricks; one value has none.  Only what
+ * cells of the domain use counts. */
+static void widen_by_brick(const VolGrid *grid, const VolBrick *brick, const int32_t base[3], double most[3])
 {
     enum { SIDE = VOL_BRICK_SIDE };
-    size_t first = (size_t)brick->storage * VOL_BRICK_STRIDE;
-    for (size_t i = 0; i < VOL_BRICK_VALUES; i++) {
-        double v = value_at(grid, first + i);
-        if (i / (SIDE * SIDE) + 1 < SIDE)
-            widen(&most[0], v, value_at(grid, first + i + SIDE * SIDE));
-        if (i / SIDE % SIDE + 1 < SIDE)
-            widen(&most[1], v, value_at(grid, first + i + SIDE));
-        if (i % SIDE + 1 < SIDE)
-            widen(&most[2], v, value_at(grid, first + i + 1));
+    static const size_t next[3] = {SIDE * SIDE, SIDE, 1};
+    int first[3], last[3];
+    for (int a = 0; a < 3; a++) {
+        first[a] = grid->cell_min[a] > base[a] ? grid->cell_min[a] - base[a] : 0;
+        last[a] = grid->cell_max[a] + 1 < base[a] + SIDE - 1 ? grid->cell_max[a] + 1 - base[a] : SIDE - 1;
+    }
+    size_t storage = (size_t)brick->storage * VOL_BRICK_STRIDE;
+    for (int x = first[0]; x <= last[0]; x++)
+        for (int y = first[1]; y <= last[1]; y++)
+            for (int z = first[2]; z <= last[2]; z++) {
+                const int at[3] = {x, y, z};
+                size_t i = storage + (size_t)((x * SIDE + y) * SIDE + z);
+                for (int a = 0; a < 3; a++)
+                    if (at[a] < last[a])
+                        widen(&most[a], value_at(grid, i), value_at(grid, i + next[a]));
+            }
+}
+
+static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[3])
+{
+    for (int p = 0; node->bricks && p < VOL_NODE_ENTRIES; p++) {
+        const VolBrick *brick = &grid->bricks[node->bricks[p]];
+        const int32_t base[3] = {(node->at[0] * VOL_NODE_BRICKS + (p >> 8)) * VOL_BRICK_CELLS,
+                                 (node->at[1] * VOL_NODE_BRICKS + (p >> 4 & 15)) * VOL_BRICK_CELLS,
+                                 (node->at[2] * VOL_NODE_BRICKS + (p & 15)) * VOL_BRICK_CELLS};
+        if (brick->storage != VOL_NO_STORAGE)
+            widen_by_brick(grid, brick, base, most);
     }
 }
 
 double vol_volume_change(const VolGrid *grid, double length)
 {
     double most[3] = {0}, change = 0, lo = INFINITY, hi = -INFINITY;
-    for (size_t b = 0; b < grid->brick_count; b++) {
-        const VolBrick *brick = &grid->bricks[b];
-        if (brick->lo <= brick->hi) {
-            lo = fmin(lo, brick->lo);
-            hi = fmax(hi, brick->hi);
+    for (size_t b = 0; b < grid->brick_count; b++)
+        if (grid->bricks[b].lo <= grid->bricks[b].hi) {
+            lo = fmin(lo, grid->bricks[b].lo);
+            hi = fmax(hi, grid->bricks[b].hi);
         }
-        if (brick->storage != VOL_NO_STORAGE)
-            widen_by_brick(grid, brick, most);
-    }
+    for (size_t n = 0; n < grid->node_count; n++)
+        widen_by_node(grid, &grid->nodes[n], most);
     for (int a = 0; a < 3; a++) {
         const double(*m)[3] = grid->world_to_index.m;
         change += most[a] * vol_length(vol_vec3(m[0][a], m[1][a], m[2][a])) * length;

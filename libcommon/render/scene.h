@@ -29,7 +29,12 @@ typedef struct VolClip {
     double d;
 } VolClip;
 
-typedef enum VolEstimator { VOL_ESTIMATE_EXACT, VOL_ESTIMATE_FULL, VOL_ESTIMATE_INTEGRALS, VOL_ESTIMATE_DIRECT } VolEstimator;
+typedef enum VolEstimator {
+    VOL_ESTIMATE_EXACT,
+    VOL_ESTIMATE_FULL,
+    VOL_ESTIMATE_INTEGRALS,
+    VOL_ESTIMATE_DIRECT
+} VolEstimator;
 
 typedef enum VolLayer {
     VOL_LAYER_Z = 1,

@@ -1,13 +1,13 @@
-/* Pre-integration: what a stretch of a ray adds to a picture, the value running linearly from v0 to v1 over a length dl
- * (Yang et al. 2012, Y, equations 16 to 23).
+/* Pre-integration: what a stretch of a ray adds to a picture, the value running linearly from v0 to v1 over a length
+ * dl (Yang et al. 2012, Y, equations 16 to 23).
  *
- *     sigma = mu_p(v) + mu_s(v) |dv/dl|                extinction: particles per world unit, surfaces per unit of the field
+ *     sigma = mu_p(v) + mu_s(v) |dv/dl|       extinction: particles per world unit, surfaces per unit of the field
  *     M_s = int mu_s dv    C_s = int c_s mu_s dv    V = int mu_s v dv      of surfaces (Y 16, 18)
  *     M_p = int mu_p dv    C_p = int q_p dv,  q_p = c_p mu_p + e_p         of particles: scatter and absorb, and emit
  *
- * all of them piecewise polynomial, hence exact here.  Isosurfaces (Dirac items) are in none of this: a ray is cut where it
- * crosses one.  Everything holds three channels; where attenuation is grey (VolTfCompiled.coloured is false) the three
- * opacities of a kind are the same number. */
+ * all of them piecewise polynomial, hence exact here.  Isosurfaces (Dirac items) are in none of this: a ray is cut
+ * where it crosses one.  Everything holds three channels; where attenuation is grey (VolTfCompiled.coloured is
+ * false) the three opacities of a kind are the same number. */
 #ifndef VOL_TF_PREINT_H
 #define VOL_TF_PREINT_H
 
@@ -42,17 +42,17 @@ void vol_tf_integrals_between(const VolTfIntegrals *integrals, double v0, double
 
 /* ---- One segment ---- */
 
-/* Y 22: surfaces seen with the shading at the front (fw) and at the back (bw) of the segment, and particles; opacities and
- * premultiplied colours.  fw_a + bw_a + p_a = alpha = 1 - exp(-optical depth).  Shaded by k and b at both ends (Y 23):
- * colour = k0 fw_c + b0 fw_a + k1 bw_c + b1 bw_a + p_c. */
+/* Y 22: surfaces seen with the shading at the front (fw) and at the back (bw) of the segment, and particles;
+ * opacities and premultiplied colours.  fw_a + bw_a + p_a = alpha = 1 - exp(-optical depth).  Shaded by k and b at
+ * both ends (Y 23): colour = k0 fw_c + b0 fw_a + k1 bw_c + b1 bw_a + p_c. */
 typedef struct VolPreintSegment {
     double fw_a[3], bw_a[3], p_a[3];
     double fw_c[3], bw_c[3], p_c[3];
     double alpha[3];
 } VolPreintSegment;
 
-/* By the definition, to about 1e-14: cut at every knot, Gauss quadrature on pieces of optical depth 1/2.  For any values and
- * any dl >= 0. */
+/* By the definition, to about 1e-14: cut at every knot, Gauss quadrature on pieces of optical depth 1/2.  For any
+ * values and any dl >= 0. */
 void vol_preint_segment(const VolTfCompiled *tf, double v0, double v1, double dl, VolPreintSegment *out);
 
 /* Y 17 to 19: without the attenuation of one part of the segment by another, from the integrals alone. */
@@ -104,8 +104,8 @@ void vol_preint_default_range(const VolTfCompiled *tf, double *lo, double *hi);
 /* Same tables whatever the number of threads.  VOL_BAD_INPUT where numbers are too large for float. */
 VolStatus vol_preint_build(const VolTfCompiled *tf, const VolPreintOptions *options, VolPreint *out, VolError *err);
 /* The same with octaves that are not filled yet.  `bands`: one per octave, or NULL: from `change`. */
-VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands, VolPreint *out,
-                              VolError *err);
+VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands,
+                              VolPreint *out, VolError *err);
 void vol_preint_free(VolPreint *tables);
 
 static inline double vol_preint_node(const VolPreint *tables, size_t i)

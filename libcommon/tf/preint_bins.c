@@ -67,8 +67,8 @@ static void sum_between(const VolTfCompiled *tf, double v0, double v1, int chann
     }
 }
 
-/* Deviations from even spreading; the mirror image (lane 1) has the opposite ones.  Particles count by the share of the bin's
- * length that the piece takes. */
+/* Deviations from even spreading; the mirror image (lane 1) has the opposite ones.  Particles count by the share of
+ * the bin's length that the piece takes. */
 static void put_piece(const Sums *sum, double share, int lane, Bin *to)
 {
     double s = sum->s, p = sum->p, turn = lane ? -1 : 1, turned_share = turn * share;
@@ -88,9 +88,6 @@ static void put_piece(const Sums *sum, double share, int lane, Bin *to)
     }
 }
 
-/* Bins with more knots inside are not worth the time. */
-enum { MOST_KNOTS_INSIDE = 16 };
-
 /* Where one bin is cut: at its knots and into equal parts. */
 typedef struct Cuts {
     double v0, v1, cut;    /* of the bin; where the last piece ended */
@@ -101,14 +98,14 @@ typedef struct Cuts {
 static Cuts begin_cuts(const VolPreint *tables, size_t bin, VolPreintCut how)
 {
     const VolTfCompiled *tf = tables->integrals.tf;
-    Cuts cuts = {.v0 = vol_preint_node(tables, bin), .v1 = vol_preint_node(tables, bin + 1), .part = 1, .parts = how.parts};
+    Cuts cuts = {.v0 = vol_preint_node(tables, bin), .v1 = vol_preint_node(tables, bin + 1), .part = 1,
+                 .parts = how.parts};
     size_t first = vol_tf_interval(tf, cuts.v0), end = vol_tf_interval(tf, cuts.v1);
     if (end > first && tf->knots[end - 1] == cuts.v1)
         end--;
-    bool few = how.at_knots && end - first <= MOST_KNOTS_INSIDE;
     cuts.cut = cuts.v0;
     cuts.knot = tf->knots + first;
-    cuts.knots = few ? end - first : 0;
+    cuts.knots = end - first <= how.most_knots ? end - first : 0;
     return cuts;
 }
 
@@ -142,7 +139,8 @@ static size_t piece_count(const VolPreint *tables, size_t bin, VolPreintCut how)
 }
 
 /* In lane 1 the pieces come in the opposite order. */
-static void put_bin(const VolPreint *tables, size_t bin, int channel, VolPreintCut how, int lane, Bin *pieces, Pair *share)
+static void put_bin(const VolPreint *tables, size_t bin, int channel, VolPreintCut how, int lane, Bin *pieces,
+                    Pair *share)
 {
     Cuts cuts = begin_cuts(tables, bin, how);
     size_t at = lane ? piece_count(tables, bin, how) : 0;

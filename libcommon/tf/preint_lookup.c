@@ -1,10 +1,10 @@
 /* Looking up between nodes, and between octaves.
  *
- * Opacity needs no interpolation: it follows from the integrals for any v0, v1, dl.  What the tables know better than the
- * integrals is how it divides, and in what colours.  An entry for step l is carried over to dl by what both would be without
- * mutual attenuation (Y 17): particles grow as dl phi(M), surfaces as phi(M), phi(M) = (1 - e^-M) / M, which loses
- * nothing where opacity is small.  Two octaves are blended, then everything is scaled so that the parts' opacities add up to
- * the exact one: mean colours come from the tables, opacity never does. */
+ * Opacity needs no interpolation: it follows from the integrals for any v0, v1, dl.  What the tables know better
+ * than the integrals is how it divides, and in what colours.  An entry for step l is carried over to dl by what both
+ * would be without mutual attenuation (Y 17): particles grow as dl phi(M), surfaces as phi(M), phi(M) = (1 - e^-M) /
+ * M, which loses nothing where opacity is small.  Two octaves are blended, then everything is scaled so that the
+ * parts' opacities add up to the exact one: mean colours come from the tables, opacity never does. */
 #include <math.h>
 
 #include "base/fmath.h"
@@ -118,7 +118,8 @@ static void make_exact(const Depths *depths, double dl, VolPreintSegment *out)
 }
 
 /* The octaves on both sides of dl; the weight of the upper. */
-static double octaves_around(const VolPreint *tables, double dl, const VolPreintTable **lower, const VolPreintTable **upper)
+static double octaves_around(const VolPreint *tables, double dl, const VolPreintTable **lower,
+                             const VolPreintTable **upper)
 {
     size_t o = 0;
     while (o + 1 < tables->octave_count && tables->octaves[o + 1].step <= dl)

@@ -1,28 +1,32 @@
 /* A diagonal of the full table by a windowed scan.
  *
- * Entry (i, j), k = |j - i|: the value runs from node i to node j over the step, through k bins, each taking h = step / k.
- * All entries of one k are made of the same leaves, n - 1 bins run through in h, by the composition of segments
+ * Entry (i, j), k = |j - i|: the value runs from node i to node j over the step, through k bins, each taking h =
+ * step / k.  All entries of one k are made of the same leaves, n - 1 bins run through in h, by the composition of
+ * segments
  *
  *     T = Ta Tb    A0 = a.A0 + Ta b.A0    A1 = a.A1 + Ta (b.A1 + La b.A0)    L = La + Lb       (colours likewise)
  *
- * where A0 is surfaces' opacity, A1 its first moment about the front, so that Y 22's back weight is A1 / L and the front
- * weight the rest.  Composition is associative, but cannot be undone: dividing by the transmittance of what leaves the
- * window loses all digits where it is small.  Van Herk and Gil-Werman's way needs no division: the leaves are cut into blocks
- * of k; a window is the end of one block (a suffix, scanned from the right) followed by the beginning of the next (a
- * prefix, scanned from the left).  Three compositions per entry, O(n^2) for the table.
+ * where A0 is surfaces' opacity, A1 its first moment about the front, so that Y 22's back weight is A1 / L and the
+ * front weight the rest.  Composition is associative, but cannot be undone: dividing by the transmittance of what
+ * leaves the window loses all digits where it is small.  Van Herk and Gil-Werman's way needs no division: the leaves
+ * are cut into blocks of k; a window is the end of one block (a suffix, scanned from the right) followed by the
+ * beginning of the next (a prefix, scanned from the left).  Three compositions per entry, O(n^2) for the table.
  *
- * A leaf is good to fourth order where the properties are linear, second at worst; where a whole step is spent on few bins
- * these are cut at knots.  Over optical depth, x = tau / t in
- * [0, 1], what surfaces contribute, f = ds / dtau, is taken as linear with the exact mean and first moment,
+ * A leaf is good to fourth order where the properties are linear, second at worst; where a whole step is spent on
+ * few bins these are cut at knots.  Over optical depth, x = tau / t in [0, 1], what surfaces contribute, f = ds /
+ * dtau, is taken as linear with the exact mean and first moment,
  *     int f e^-tau dtau = S m0 + F (m1 - m0/2),     m_j = int x^j e^-tx dx,     F = 12 (int x ds - S/2),
- * the slope limited so that f lies in [0, 1]; particles are the rest, so that opacities add up exactly; colours likewise.
- * The position is w = x + kappa x (1 - x), kappa from its mean.
+ * the slope limited so that f lies in [0, 1]; particles are the rest, so that opacities add up exactly; colours
+ * likewise.  The position is w = x + kappa x (1 - x), kappa from its mean.
  *
- * Upwards and downwards are the two lanes of a pair.  No contraction and one order of operations: the same bits at any cpu
- * level and on any number of threads. */
+ * Upwards and downwards are the two lanes of a pair.  No contraction and one order of operations: the same bits at
+ * any cpu level and on any number of threads. */
 #include "tf/preint_private.h"
 
 #include <stdint.h>
+
+/* The number of colours is a constant at every call: its loops are unrolled. */
+#define INLINE static inline __attribute__((always_inline))
 
 typedef int64_t Mask __attribute__((vector_size(16)));
 
@@ -53,8 +57,8 @@ static inline Pair exp_minus(Pair t)
 /* Nothing is seen through 1e-100, but the products of such numbers would be denormal, which is slow. */
 static inline Pair visible(Pair t) { return choose(t < pair(1e-100), pair(0), t); }
 
-/* m_j = int_0^1 x^j e^-tx dx.  Upwards by (j m_{j-1} - e^-t) / t where t is large; where small that cancels: there m_3 by its
- * series and the others downwards. */
+/* m_j = int_0^1 x^j e^-tx dx.  Upwards by (j m_{j-1} - e^-t) / t where t is large; where small that cancels: there
+ * m_3 by its series and the others downwards. */
 typedef struct Moments {
     Pair t, m0, m1, m2, m3; /* t = e^-t */
 } Moments;
@@ -76,7 +80,7 @@ static inline Moments moments_of(Pair t)
     return (Moments){e, choose(small, d0, u0), choose(small, d1, u1), choose(small, d2, u2), choose(small, p, u3)};
 }
 
-static inline __attribute__((always_inline)) void leaf(const Bin *bin, Pair h, int first, int colors, State *out)
+INLINE void leaf(const Bin *bin, Pair h, int first, int colors, State *out)
 {
     Pair tp = h * bin->particle, t = bin->surface + tp;
     Moments m = moments_of(t);
@@ -109,7 +113,7 @@ static inline __attribute__((always_inline)) void leaf(const Bin *bin, Pair h, i
 }
 
 /* From moments in its own length to moments in bins. */
-static inline __attribute__((always_inline)) void shorten(State *s, Pair share, int colors)
+INLINE void shorten(State *s, Pair share, int colors)
 {
     s->a1 *= share;
     for (int c = 0; c < colors; c++)
@@ -117,7 +121,7 @@ static inline __attribute__((always_inline)) void shorten(State *s, Pair share, 
 }
 
 /* a, `length` bins long, followed by b; `out` may be a or b */
-static inline __attribute__((always_inline)) void compose(const State *a, Pair length, const State *b, int colors, State *out)
+INLINE void compose(const State *a, Pair length, const State *b, int colors, State *out)
 {
     Pair t = a->t, a0 = a->a0 + t * b->a0, a1 = a->a1 + t * (b->a1 + length * b->a0), p0 = a->p0 + t * b->p0;
 #pragma GCC unroll 3
@@ -134,7 +138,7 @@ static inline __attribute__((always_inline)) void compose(const State *a, Pair l
 }
 
 /* A bin, piece by piece; moments in bins. */
-static inline __attribute__((always_inline)) void bin_leaf(const Bins *bins, size_t b, Pair h, int first, int colors, State *out)
+INLINE void bin_leaf(const Bins *bins, size_t b, Pair h, int first, int colors, State *out)
 {
     size_t begin = bins->first[b], end = bins->first[b + 1];
     leaf(&bins->pieces[begin], h, first, colors, out);
@@ -174,7 +178,7 @@ static inline void put_color(const Row *row, float *entry, size_t color, double 
     to[6] = (float)particles;
 }
 
-static inline __attribute__((always_inline)) void put(const Row *row, size_t i, size_t last, const State *s, int first, int colors)
+INLINE void put(const Row *row, size_t i, size_t last, const State *s, int first, int colors)
 {
     float *up = row->rising + i * row->floats, *down = row->falling + (last - i) * row->floats;
     Pair back = least(s->a1 * row->over_k, s->a0);
@@ -188,8 +192,8 @@ static inline __attribute__((always_inline)) void put(const Row *row, size_t i, 
     }
 }
 
-static inline __attribute__((always_inline)) void scan(const Row *row, const Bins *bins, size_t bin_count, size_t k, double h, int first,
-                                      int colors, State *leaves, State *suffix)
+INLINE void scan(const Row *row, const Bins *bins, size_t bin_count, size_t k, double h, int first, int colors,
+                 State *leaves, State *suffix)
 {
     for (size_t b = 0; b < bin_count; b++)
         bin_leaf(bins, b, pair(h), first, colors, &leaves[b]);

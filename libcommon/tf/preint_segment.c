@@ -1,8 +1,8 @@
 /* One segment by quadrature: the yardstick of the tables, and what stands in where no table reaches.
  *
- * Between two knots extinction along the segment is linear in s in [0, 1], its optical depth quadratic and exact; what is
- * integrated is a quadratic, times a position, times exp(-quadratic).  Cut so that no piece is deeper than 1/2, eight Gauss
- * nodes leave about 1e-15. */
+ * Between two knots extinction along the segment is linear in s in [0, 1], its optical depth quadratic and exact;
+ * what is integrated is a quadratic, times a position, times exp(-quadratic).  Cut so that no piece is deeper than
+ * 1/2, eight Gauss nodes leave about 1e-15. */
 #include "tf/preint.h"
 
 #include <math.h>
@@ -20,7 +20,8 @@ typedef struct Segment {
     VolPreintSegment *out;
 } Segment;
 
-/* A stretch without knots: properties at both ends, per unit of s; linear in between, and q = scatter x colour + emit. */
+/* A stretch without knots: properties at both ends, per unit of s; linear in between, and q = scatter x colour +
+ * emit. */
 typedef struct End {
     double surface, surface_color[3], particle[3], scatter, scatter_color[3], emit[3];
 } End;

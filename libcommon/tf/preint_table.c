@@ -76,8 +76,8 @@ static VolStatus allocate_table(const VolPreint *tables, VolPreintTable *table, 
     return table->rising && table->falling ? VOL_OK : vol_fail_memory(err, 2 * entries * tables->floats * sizeof(float));
 }
 
-VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands, VolPreint *out,
-                              VolError *err)
+VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands,
+                              VolPreint *out, VolError *err)
 {
     *out = (VolPreint){.lo = options->lo, .hi = options->hi, .n = options->n, .channels = tf->coloured ? 3 : 1};
     out->floats = 3 * (size_t)out->channels + 9;
@@ -129,16 +129,16 @@ static void put_main_diagonal(const VolPreint *tables, const VolPreintTable *tab
     }
 }
 
-/* On diagonal k a step's whole optical depth falls on k bins.  What a leaf leaves out, knots and the curvature of the
- * properties over its optical depth, falls at least as fast as 1 / k^3: bins of the first diagonals are cut finer.  From the
- * last level on bins are not cut at knots either if there are very many. */
+/* On diagonal k a step's whole optical depth falls on k bins.  What a leaf leaves out, knots and the curvature of
+ * the properties over its optical depth, falls at least as fast as 1 / k^3: bins of the first diagonals are cut
+ * finer.  Of very many knots those of the last level are passed over: their bins keep means and first moments. */
 typedef struct Level {
     size_t last; /* diagonal */
     VolPreintCut how;
 } Level;
 
-enum { LEVELS = 4 };
-static const Level levels[LEVELS] = {{4, {16, true}}, {16, {4, true}}, {64, {1, true}}, {SIZE_MAX, {1, true}}};
+enum { LEVELS = 4, MANY_KNOTS = 65536 };
+static const Level levels[LEVELS] = {{4, {16, SIZE_MAX}}, {16, {4, SIZE_MAX}}, {64, {1, SIZE_MAX}}, {SIZE_MAX, {1, 16}}};
 
 typedef struct Building {
     const VolPreint *tables;
@@ -167,8 +167,8 @@ static VolStatus build_tables(const VolPreint *tables, int threads, Building *b,
     for (int l = 0; l < LEVELS; l++)
         for (int c = 0; !status && c < tables->channels; c++) {
             VolPreintCut how = levels[l].how;
-            if (l == LEVELS - 1)
-                how.at_knots = tables->integrals.tf->knot_count <= 2 * tables->n;
+            if (tables->integrals.tf->knot_count > (l == LEVELS - 1 ? 2 * tables->n : MANY_KNOTS))
+                how.most_knots = l == LEVELS - 1 ? 0 : 16;
             status = vol_preint_bins(tables, c, how, &b->bins[l][c], err);
         }
     for (int t = 0; !status && t < threads; t++) {

@@ -1030,7 +1030,8 @@ static void test_damaged_containers(void)
     expect_damage(patched(&good, 70, zero, 1), "byte 70: control character 0 in a grid's name");
     expect_damage(patched(&good, 100, zero, 8), "byte 100, grid 'density': offsets 0, ");
     expect_damage(patched(&good, 108, ones, 8), "byte 100, grid 'density': offsets 124, -1, ");
-    expect_damage(patched(&good, 116, big, 8), "byte 100, grid 'density': the grid ends at byte 2130706432, the file at byte ");
+    expect_damage(patched(&good, 116, big, 8),
+                  "byte 100, grid 'density': the grid ends at byte 2130706432, the file at byte ");
     expect_damage(patched(&good, 124, "\xff", 1), "byte 124, grid 'density': unknown compression 255");
     VolBytes longer = {calloc(good.size + 3, 1), good.size + 3, false};
     memcpy(longer.data, good.data, good.size);
