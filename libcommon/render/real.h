@@ -14,7 +14,6 @@
 
 typedef double real;
 #define REAL_EPSILON 0x1p-52
-#define GAUSS_NODES 10
 
 static inline real real_fma(real a, real b, real c) { return __builtin_fma(a, b, c); }
 static inline real real_sqrt(real a) { return __builtin_sqrt(a); }
@@ -43,22 +42,10 @@ static inline real real_exp(real x)
     return x < -708.0 ? 0 : p;
 }
 
-/* Gauss-Legendre on [0, 1]. */
-static const real gauss_x[GAUSS_NODES] = {
-    0.0130467357414141404275965, 0.0674683166555077457049450, 0.1602952158504878099609670,
-    0.2833023029353763933002597, 0.4255628305091844199026241, 0.5744371694908155800973759,
-    0.7166976970646236066997403, 0.8397047841495122177946087, 0.9325316833444922126616916,
-    0.9869532642585858717154679};
-static const real gauss_w[GAUSS_NODES] = {
-    0.0333356721543440689958793, 0.0747256745752902934443185, 0.1095431812579910207938738,
-    0.1346333596549981748147218, 0.1477621123573764350123128, 0.1477621123573764350123128,
-    0.1346333596549981748147218, 0.1095431812579910207938738, 0.0747256745752902934443185,
-    0.0333356721543440689958793};
 #else
 
 typedef float real;
 #define REAL_EPSILON 0x1p-23f
-#define GAUSS_NODES 6
 
 static inline real real_fma(real a, real b, real c) { return __builtin_fmaf(a, b, c); }
 static inline real real_sqrt(real a) { return __builtin_sqrtf(a); }
@@ -88,13 +75,6 @@ static inline real real_exp(real x)
     return x < -87.0f ? 0 : p;
 }
 
-/* Gauss-Legendre on [0, 1]. */
-static const real gauss_x[GAUSS_NODES] = {
-    0.033765242898423986094f, 0.16939530676686774317f, 0.38069040695840154568f,
-    0.61930959304159845432f, 0.83060469323313225683f, 0.96623475710157601391f};
-static const real gauss_w[GAUSS_NODES] = {
-    0.085662246189585172520f, 0.18038078652406930378f, 0.23395696728634552369f,
-    0.23395696728634552369f, 0.18038078652406930378f, 0.085662246189585172520f};
 #endif
 
 static inline real real_min(real a, real b) { return a < b ? a : b; }

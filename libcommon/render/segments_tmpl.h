@@ -114,7 +114,12 @@ static void add_surface(SegmentLight *out, const Shading *sh, const double color
 static void light_of_full(const March *m, SegmentEnd *a, SegmentEnd *b, SegmentLight *out)
 {
     VolPreintSegment s;
-    vol_preint_full_at(m->scene->preint, (double)a->v, (double)b->v, b->t - a->t, &s);
+    double dl = b->t - a->t;
+    /* Pieces cut by isosurfaces and the ray's end are few and of any length: integrated by definition. */
+    if (fabs(dl - m->h) > 0x1p-30 * m->h)
+        vol_preint_segment(m->scene->tf, (double)a->v, (double)b->v, dl, &s);
+    else
+        vol_preint_full_at(m->scene->preint, (double)a->v, (double)b->v, dl, &s);
     bool shaded = m->scene->shaded && !m->optics->classic;
     if (s.fw_a[0] > 0 || s.bw_a[0] > 0) {
         add_surface(out, shaded ? shading_at(m, a) : NULL, s.fw_c, s.fw_a);
