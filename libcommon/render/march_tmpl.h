@@ -23,6 +23,7 @@ typedef struct March {
     size_t count;
     double cursor;
     double tau_stop;
+    double through[3]; /* exp(-tau), kept by the pre-integrated estimators */
     real view[3];
     bool done;
 } March;
@@ -120,6 +121,8 @@ static void cross_at(March *m, const Delta *delta, double t)
             out->normal[a] += vol_exp(-out->tau[0]) * delta->opacity * (double)sh.normal[a];
     for (int c = 0; c < m->optics->channels; c++)
         out->tau[c] += delta->mu;
+    for (int c = 0; c < 3; c++)
+        m->through[c] *= 1 - delta->opacity;
     if (isinf(out->depth) && march_transmittance(m) <= 0.5)
         out->depth = t;
     m->done = march_is_dark(m);
@@ -137,6 +140,7 @@ static void begin_march(March *m, const VolScene *scene, const VolRay *ray, VolR
     double steps = ceil(m->length / m->h * (1 - 0x1p-40));
     m->count = steps < 1 ? 1 : (size_t)steps;
     m->cursor = m->t0;
+    m->through[0] = m->through[1] = m->through[2] = 1;
     m->tau_stop = vol_scene_stop_depth(scene, m->length);
     m->view[0] = (real)-ray->direction.x;
     m->view[1] = (real)-ray->direction.y;

@@ -46,10 +46,18 @@ static void order_falling(Optics *o)
 
 static VolStatus build_optics(const VolTfCompiled *tf, Optics *o, VolError *err)
 {
-    *o = (Optics){.knot_count = tf->knot_count, .delta_count = tf->delta_count, .channels = tf->coloured ? 3 : 1,
-                  .surfaces = tf->has_surface, .classic = tf->model == VOL_MODEL_CLASSIC, .ambient = (real)tf->ambient,
-                  .diffuse = (real)tf->diffuse, .specular = (real)tf->specular, .shininess = tf->shininess,
-                  .gradient_surfaceness = tf->surfaceness_by_gradient, .g0 = (real)tf->surfaceness_gradient[0],
+    *o = (Optics){.knot_count = tf->knot_count,
+                  .delta_count = tf->delta_count,
+                  .channels = tf->coloured ? 3 : 1,
+                  .surfaces = tf->has_surface,
+                  .emission = tf->has_emit,
+                  .classic = tf->model == VOL_MODEL_CLASSIC,
+                  .ambient = (real)tf->ambient,
+                  .diffuse = (real)tf->diffuse,
+                  .specular = (real)tf->specular,
+                  .shininess = tf->shininess,
+                  .gradient_surfaceness = tf->surfaceness_by_gradient,
+                  .g0 = (real)tf->surfaceness_gradient[0],
                   .g1 = (real)tf->surfaceness_gradient[1]};
     o->knots = vol_alloc(tf->knot_count, sizeof *o->knots);
     o->intervals = vol_alloc(tf->knot_count + 1, sizeof *o->intervals);

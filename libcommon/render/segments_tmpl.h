@@ -47,6 +47,10 @@ static void sources_at(const Optics *optics, real v, double scatter[3], double e
 static void scattered_fraction(const Optics *optics, real v0, real v1, double out[3])
 {
     double s[3][3], e[3][3];
+    if (!optics->emission) {
+        out[0] = out[1] = out[2] = 1;
+        return;
+    }
     sources_at(optics, v0, s[0], e[0]);
     sources_at(optics, (real)0.5 * (v0 + v1), s[1], e[1]);
     sources_at(optics, v1, s[2], e[2]);
@@ -79,7 +83,7 @@ static void classic_average(const March *m, SegmentEnd *a, SegmentEnd *b, double
 /* What a segment adds, seen from its front. */
 typedef struct SegmentLight {
     double scatter[3], emit[3], surface[3], normal[3];
-    double transmittance[3];
+    double depth[3]; /* optical depth */
 } SegmentLight;
 
 static void particles_light(const March *m, SegmentEnd *a, SegmentEnd *b, const double color[3], double opacity,
@@ -127,7 +131,7 @@ static void light_of_full(const March *m, SegmentEnd *a, SegmentEnd *b, SegmentL
     }
     particles_light(m, a, b, s.p_c, s.p_a[0], out);
     for (int c = 0; c < 3; c++)
-        out->transmittance[c] = 1 - s.alpha[c];
+        out->depth[c] = s.depth[c];
 }
 
 static void light_of_integrals(const March *m, SegmentEnd *a, SegmentEnd *b, SegmentLight *out)
@@ -151,8 +155,10 @@ static void light_of_integrals(const March *m, SegmentEnd *a, SegmentEnd *b, Seg
     }
     particles_light(m, a, b, s.particle_c, s.particle_a[0], out);
     for (int c = 0; c < 3; c++)
-        out->transmittance[c] = 1 - s.alpha[c];
+        out->depth[c] = s.depth[c];
 }
+
+static double mean3(const double v[3]) { return (v[0] + v[1] + v[2]) / 3; }
 
 /* One piece without isosurfaces, composited behind what is there. */
 static void add_segment(March *m, SegmentEnd *a, SegmentEnd *b)
@@ -165,32 +171,34 @@ static void add_segment(March *m, SegmentEnd *a, SegmentEnd *b)
         light_of_full(m, a, b, &light);
     else
         light_of_integrals(m, a, b, &light);
-    bool nothing = light.transmittance[0] == 1 && light.transmittance[1] == 1 && light.transmittance[2] == 1;
-    double before = march_transmittance(m);
+    bool nothing = true;
+    double before = mean3(m->through);
     for (int c = 0; c < 3; c++) {
-        double T = vol_exp(-out->tau[c < m->optics->channels ? c : 0]);
+        double T = m->through[c];
         double parts[3] = {T * light.scatter[c], T * light.emit[c], T * light.surface[c]};
         out->scatter[c] += parts[0];
         out->emit[c] += parts[1];
         out->surface[c] += parts[2];
         out->color[c] += (parts[0] + parts[1]) + parts[2];
-        nothing = nothing && light.emit[c] == 0;
-        if (c == 0)
-            for (int i = 0; i < 3; i++)
-                out->normal[i] += T * light.normal[i];
+        nothing = nothing && light.depth[c] == 0 && light.emit[c] == 0;
     }
+    for (int i = 0; i < 3; i++)
+        out->normal[i] += m->through[0] * light.normal[i];
     if (nothing)
         return;
     out->cells += 1;
-    for (int c = 0; c < m->optics->channels; c++)
-        out->tau[c] += -vol_log(light.transmittance[c]);
-    double after = march_transmittance(m);
+    double passed = vol_exp(-light.depth[0]);
+    for (int c = 0; c < 3; c++) {
+        out->tau[c] += light.depth[c];
+        m->through[c] *= light.depth[c] == light.depth[0] ? passed : vol_exp(-light.depth[c]);
+    }
+    double after = mean3(m->through);
     if (isinf(out->depth) && after <= 0.5) {
-        double share = after > 0 && before < 1.0 + 1e-9 ? vol_log(before / 0.5) / vol_log(before / after) : 0.5;
+        double share = after > 0 ? vol_log(before / 0.5) / vol_log(before / after) : 0.5;
         out->depth = a->t + (b->t - a->t) * fmin(fmax(share, 0), 1);
     }
     if (m->scene->trace) {
-        VolTraceStep s = {a->t, b->t, (double)a->v, (double)b->v, -vol_log(light.transmittance[0]), 0, "segment"};
+        VolTraceStep s = {a->t, b->t, (double)a->v, (double)b->v, light.depth[0], 0, "segment"};
         m->scene->trace(m->scene->trace_user, &s);
     }
     m->done = march_is_dark(m);

@@ -48,7 +48,7 @@ void vol_tf_integrals_between(const VolTfIntegrals *integrals, double v0, double
 typedef struct VolPreintSegment {
     double fw_a[3], bw_a[3], p_a[3];
     double fw_c[3], bw_c[3], p_c[3];
-    double alpha[3];
+    double alpha[3], depth[3]; /* depth: the optical depth */
 } VolPreintSegment;
 
 /* By the definition, to about 1e-14: cut at every knot, Gauss quadrature on pieces of optical depth 1/2.  For any
@@ -58,7 +58,7 @@ void vol_preint_segment(const VolTfCompiled *tf, double v0, double v1, double dl
 /* Y 17 to 19: without the attenuation of one part of the segment by another, from the integrals alone. */
 typedef struct VolPreintApproximation {
     double surface_a[3], surface_c[3], particle_a[3], particle_c[3];
-    double alpha[3]; /* exact: surface_a + particle_a */
+    double alpha[3], depth[3]; /* exact: surface_a + particle_a; optical depth */
     double v_c;      /* the value whose surface stands for all (Y 18); the mean of v0 and v1 where there is none */
 } VolPreintApproximation;
 

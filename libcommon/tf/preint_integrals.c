@@ -102,7 +102,15 @@ void vol_tf_integrals_between(const VolTfIntegrals *integrals, double v0, double
 
 double vol_preint_phi(double t)
 {
-    return t > 0 ? -vol_expm1(-t) / t : 1;
+    if (t > 0.25)
+        return -vol_expm1(-t) / t;
+    /* sum (-t)^k / (k+1)!; the first term left out is below 1e-17 */
+    static const double c[] = {-1.0 / 479001600, 1.0 / 39916800, -1.0 / 3628800, 1.0 / 362880, -1.0 / 40320, 1.0 / 5040,
+                               -1.0 / 720,       1.0 / 120,      -1.0 / 24,      1.0 / 6,      -0.5,         1};
+    double sum = c[0];
+    for (size_t i = 1; i < sizeof c / sizeof *c; i++)
+        sum = sum * t + c[i];
+    return t > 0 ? sum : 1;
 }
 
 void vol_preint_integrals_at(const VolTfIntegrals *integrals, double v0, double v1, double dl,
@@ -121,7 +129,8 @@ void vol_preint_integrals_at(const VolTfIntegrals *integrals, double v0, double 
         double particle = (width > 0 ? sum.particle[c] / width : mean.particle[c]) * dl;
         double source = (width > 0 ? sum.source[c] / width : mean.source[c]) * dl;
         double depth = sum.surface + particle, phi = vol_preint_phi(depth);
-        out->alpha[c] = -vol_expm1(-depth);
+        out->depth[c] = depth;
+        out->alpha[c] = depth * phi;
         out->surface_a[c] = sum.surface * phi;
         out->surface_c[c] = sum.surface_color[c] * phi;
         out->particle_a[c] = particle * phi;

@@ -103,10 +103,16 @@ static void add_table(const VolPreint *tables, const VolPreintTable *table, cons
     }
 }
 
-static void make_exact(const Depths *depths, double dl, VolPreintSegment *out)
+static void make_exact(const VolPreint *tables, const Depths *depths, double dl, VolPreintSegment *out)
 {
     for (int c = 0; c < 3; c++) {
-        out->alpha[c] = -vol_expm1(-(depths->surface + depths->particle[c] * dl));
+        if (c >= tables->channels) { /* grey: opacities as in the first channel */
+            out->depth[c] = out->depth[0];
+            out->alpha[c] = out->alpha[0];
+        } else {
+            out->depth[c] = depths->surface + depths->particle[c] * dl;
+            out->alpha[c] = out->depth[c] * vol_preint_phi(out->depth[c]);
+        }
         double sum = out->fw_a[c] + out->bw_a[c] + out->p_a[c], factor = sum > 0 ? out->alpha[c] / sum : 1;
         out->fw_a[c] *= factor;
         out->bw_a[c] *= factor;
@@ -153,5 +159,5 @@ void vol_preint_full_at(const VolPreint *tables, double v0, double v1, double dl
     add_table(tables, lower, corners, count, &depths, dl, 1 - weight, out);
     if (weight > 0)
         add_table(tables, upper, corners, count, &depths, dl, weight, out);
-    make_exact(&depths, dl, out);
+    make_exact(tables, &depths, dl, out);
 }

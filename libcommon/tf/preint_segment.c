@@ -108,6 +108,7 @@ static void constant_segment(Segment *seg, const VolTfCompiled *tf)
     vol_tf_sample(tf, seg->v0, &s);
     for (int c = 0; c < 3; c++) {
         double depth = s.particle[c] * seg->dl;
+        seg->out->depth[c] = depth;
         seg->out->alpha[c] = seg->out->p_a[c] = -vol_expm1(-depth);
         seg->out->p_c[c] = s.source[c] * seg->dl * vol_preint_phi(depth);
     }
@@ -128,6 +129,8 @@ void vol_preint_segment(const VolTfCompiled *tf, double v0, double v1, double dl
         double a = fmax(lo, in->v0), b = fmin(hi, in->v1);
         add_interval(&seg, in, v1 > v0 ? a : b, v1 > v0 ? b : a);
     }
-    for (int c = 0; c < 3; c++)
-        out->alpha[c] = -vol_expm1(-seg.tau[seg.channels == 1 ? 0 : c]);
+    for (int c = 0; c < 3; c++) {
+        out->depth[c] = seg.tau[seg.channels == 1 ? 0 : c];
+        out->alpha[c] = -vol_expm1(-out->depth[c]);
+    }
 }

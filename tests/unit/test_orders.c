@@ -159,7 +159,8 @@ static void tables_are_second_order_with_isosurfaces(void)
         free_cell(&cell);
     }
     double order = 0.5 * log2(rms[0] / rms[OCTAVES - 1]) / (OCTAVES - 1);
-    printf("# tables: rms %.3g to %.3g, order %.3f\n", sqrt(rms[0] / (4 * CELLS)), sqrt(rms[OCTAVES - 1] / (4 * CELLS)), order);
+    double first = sqrt(rms[0] / (4 * CELLS)), last = sqrt(rms[OCTAVES - 1] / (4 * CELLS));
+    printf("# tables: rms %.3g to %.3g, order %.3f\n", first, last, order);
     CHECK(order > 1.9);
 }
 
