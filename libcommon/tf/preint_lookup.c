@@ -145,6 +145,8 @@ void vol_preint_full_at(const VolPreint *tables, double v0, double v1, double dl
     Corner corners[4];
     const VolPreintTable *lower = NULL, *upper = NULL;
     bool known = tables->octave_count && locate(tables, v0, &i, &x) && locate(tables, v1, &j, &y);
+    if (known && tables->dense && (tables->dense[i] || tables->dense[j]))
+        known = false;
     if (known) {
         count = corners_of(i, x, j, y, corners);
         weight = octaves_around(tables, dl, &lower, &upper);

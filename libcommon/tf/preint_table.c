@@ -76,6 +76,20 @@ static VolStatus allocate_table(const VolPreint *tables, VolPreintTable *table, 
     return table->rising && table->falling ? VOL_OK : vol_fail_memory(err, 2 * entries * tables->floats * sizeof(float));
 }
 
+/* Marks the bins in which a surface is so dense that entries at their ends say little of what lies between. */
+static VolStatus mark_dense_bins(VolPreint *tables, VolError *err)
+{
+    tables->dense = vol_alloc_zero(tables->n, 1);
+    if (!tables->dense)
+        return vol_fail_memory(err, tables->n);
+    for (size_t i = 0; i + 1 < tables->n; i++) {
+        VolTfIntegral bin;
+        vol_tf_integrals_between(&tables->integrals, vol_preint_node(tables, i), vol_preint_node(tables, i + 1), &bin);
+        tables->dense[i] = bin.surface > VOL_PREINT_DENSE;
+    }
+    return VOL_OK;
+}
+
 VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands,
                               VolPreint *out, VolError *err)
 {
@@ -86,6 +100,8 @@ VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *o
         status = vol_tf_integrals_new(tf, &out->integrals, err);
     if (!status)
         status = check_magnitudes(out, options->octaves ? ldexp(options->step, (int)options->octaves - 1) : 1, err);
+    if (!status)
+        status = mark_dense_bins(out, err);
     if (!status && options->octaves) {
         out->octaves = vol_alloc_zero(options->octaves, sizeof *out->octaves);
         status = out->octaves ? VOL_OK : vol_fail_memory(err, options->octaves * sizeof *out->octaves);
@@ -108,6 +124,7 @@ void vol_preint_free(VolPreint *tables)
         free(tables->octaves[o].falling);
     }
     free(tables->octaves);
+    free(tables->dense);
     vol_tf_integrals_free(&tables->integrals);
     *tables = (VolPreint){0};
 }
