@@ -16,7 +16,8 @@ OPT      ?= -O2 -g
 SAN      ?=
 ifneq ($(SAN),)
 OUT      := $(BUILD)/san-$(subst $(comma),-,$(SAN))
-SANFLAGS := -fsanitize=$(SAN) -fno-sanitize-recover=all -fno-omit-frame-pointer
+# VOL_FAULT=malloc:N makes the N-th allocation fail: tests/fault
+SANFLAGS := -fsanitize=$(SAN) -fno-sanitize-recover=all -fno-omit-frame-pointer -DVOL_FAULTS
 else
 OUT      := $(BUILD)
 endif

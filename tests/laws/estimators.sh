@@ -1,0 +1,105 @@
+# The four estimators (Y 4.1, 4.2.1, 4.2.2 and cell by cell) are estimates of one picture.  Surfaces are as transparent from
+# one side as from another.  The layers add up to the picture.
+. "$TESTS/lib.sh"
+nodes='[[0, 0, [1, 0.8, 0.6]], [50, 1, [0.2, 0.5, 0.9]], [60, 0, [0.9, 0.2, 0.1]], [100, 0.3, [0.3, 0.9, 0.4]]]'
+tf() { printf '{"pellucid": "transfer-function/1", %s}\n' "$1"; }
+tf "\"particle_step\": 0.5, \"scatter\": $nodes" >scatter.json
+tf "\"scalar_step\": 20, \"surface\": $nodes" >surface.json
+view='--size 24x18 --eye 2,1.5,4 --look-at 0.5,0.5,0.5 --precise'
+must vol-gen field wave --size 17 --param value=50 --param offset=50 --param kx=0.3 --param ky=0.2 --param kz=0.25 \
+    --extent 0,0,0,1,1,1 -o wave.vdb
+
+rms() { # A B: the largest root mean square difference of a channel
+    vol-diff "$1" "$2" | sed -n 's/.* rms \([0-9.e+-]*\),.*/\1/p' | sort -g | tail -n 1
+}
+small() { # NAME BOUND VALUE
+    if awk -v e="$3" -v b="$2" 'BEGIN { exit !(e != "" && e <= b) }'; then passed "$1"; else echo "$3, allowed $2" >why; failed "$1" why; fi
+}
+ratio() { # NAME LOW HIGH E1 E2
+    if awk -v a="$4" -v b="$5" -v low="$2" -v high="$3" 'BEGIN { exit !(b > 0 && a / b > low && a / b < high) }'
+    then passed "$1"; else echo "errors $4 $5" >why; failed "$1" why; fi
+}
+error() { # TF ESTIMATOR STEP: of what the estimator makes of wave.vdb against exact.exr
+    must vol-render -t "$1" $view --estimator "$2" --step "$3" -o estimate.exr wave.vdb
+    rms estimate.exr exact.exr
+}
+
+# --- spikes: opacity 1 at 50 ---
+for kind in scatter surface; do
+    must vol-render -t $kind.json $view -o exact.exr wave.vdb
+    must vol-render -t $kind.json ${view% --precise} -o float.exr wave.vdb
+    small "$kind: exact in float" 2e-6 "$(rms float.exr exact.exr)"
+    # Pre-integrated segments know the spike; what errs is the field between samples, of order 2.
+    e1=$(error $kind.json integrals 1v) e2=$(error $kind.json integrals 0.5v) e4=$(error $kind.json integrals 0.25v)
+    ratio "$kind: integrals, 1 voxel to 1/2" 3.4 4.6 "$e1" "$e2"
+    ratio "$kind: integrals, 1/2 voxel to 1/4" 3.4 4.6 "$e2" "$e4"
+    small "$kind: integrals at 1/4 voxel" 1e-4 "$e4"
+    small "$kind: full at 1/4 voxel" 1e-4 "$(error $kind.json full 0.25v)"
+    # Point samples see the spike only when they are dense.
+    coarse=$(error $kind.json direct 1v) fine=$(error $kind.json direct 0.015625v)
+    small "$kind: direct at 1/64 voxel" 1e-3 "$fine"
+    ratio "$kind: direct, 1 voxel to 1/64" 10 1000 "$coarse" "$fine"
+
+    # From tables: the finer, the nearer.
+    for size in 64 256 1024; do
+        must tf-preint --size $size --step 0.015625 -o table.exr $kind.json
+        eval "t$size=\$(error table.exr full 0.25v)"
+    done
+    # shellcheck disable=SC2154
+    {
+        small "$kind: full from a table of 1024" 1e-4 "$t1024"
+        small "$kind: a table of 256 is no worse than one of 64" "$t64" "$t256"
+        small "$kind: a table of 1024 is no worse than one of 256" "$t256" "$t1024"
+    }
+done
+
+# --- the smooth part, from 60 to 100: point samples are of order 2 ---
+tf '"particle_step": 0.5, "interpolate": "extinction", "scatter": [[60, 0.05, [0.9, 0.2, 0.1]], [100, 0.3, [0.3, 0.9, 0.4]]]' >smooth.json
+must vol-gen field wave --size 17 --param value=18 --param offset=80 --param kx=0.3 --param ky=0.2 --param kz=0.25 \
+    --extent 0,0,0,1,1,1 -o wave.vdb
+must vol-render -t smooth.json $view -o exact.exr wave.vdb
+e1=$(error smooth.json direct 1v) e2=$(error smooth.json direct 0.5v) e4=$(error smooth.json direct 0.25v)
+ratio 'smooth: direct, 1 voxel to 1/2' 3.4 4.6 "$e1" "$e2"
+ratio 'smooth: direct, 1/2 voxel to 1/4' 3.4 4.6 "$e2" "$e4"
+for estimator in integrals full; do small "smooth: $estimator at 1/4 voxel" 1e-5 "$(error smooth.json $estimator 0.25v)"; done
+
+# --- a slab whose value rises along z, seen at 0 and at 60 degrees: surfaces are as opaque, particles are not ---
+must vol-gen field ramp --size 33 --extent -4,-4,-0.5,4,4,0.5 --param gz=100 --param offset=50 -o slab.vdb
+tf "\"scalar_step\": 20, \"surface\": [[20, 0.1], [50, 0.5], [80, 0.2]]" >surface.json
+tf '"isosurfaces": [{"value": 40.3, "opacity": 0.6}, {"value": 60.1, "opacity": 0.2}]' >delta.json
+tf "\"particle_step\": 0.5, \"scatter\": [[20, 0.1], [50, 0.5], [80, 0.2]]" >scatter.json
+opacity() { # TF EYE [OPTION...]: of the middle pixel
+    opacity_tf=$1 opacity_eye=$2
+    shift 2
+    vol-render -t "$opacity_tf" --size 1x1 --ortho 0.1 --eye "$opacity_eye" --look-at 0,0,0 --up 0,1,0 --probe 0,0 "$@" slab.vdb |
+        sed -n 's/.*"A": \([0-9.e-]*\).*/\1/p'
+}
+apart() { awk -v a="$1" -v b="$2" 'BEGIN { d = a - b; print (a == "" || b == "") ? "none" : d < 0 ? -d : d }'; }
+oblique=3.4641016151377544,0,2
+for estimator in exact full integrals; do
+    for kind in surface delta; do
+        small "$kind, $estimator: the same opacity at 0 and 60 degrees" 1e-6 \
+            "$(apart "$(opacity $kind.json 0,0,4 --estimator $estimator --step 0.01w)" \
+                "$(opacity $kind.json $oblique --estimator $estimator --step 0.01w)")"
+    done
+done
+# 1 - (1 - a)^2: twice the way
+want=$(opacity scatter.json 0,0,4 --precise | awk '{ printf "%.17g", 1 - (1 - $1) ^ 2 }')
+small 'particles at 60 degrees: twice the way' 1e-6 "$(apart "$want" "$(opacity scatter.json $oblique --precise)")"
+
+# --- surfaces and particles of every kind together: parts add up to RGB ---
+tf "\"particle_step\": 0.5, \"scalar_step\": 20, \"scatter\": $nodes, \"surface\": [[10, 0], [30, 0.6, [0.9, 0.4, 0.2]], [45, 0]],
+  \"absorb\": [[0, 0.2, [0.9, 0.5, 0.3]], [100, 0.1]], \"emit\": [[20, 0], [90, 0.8, [0.3, 0.6, 0.9]]],
+  \"isosurfaces\": [{\"value\": 70, \"opacity\": 0.4, \"color\": [0.8, 0.8, 0.3]}]" >all.json
+must vol-gen field wave --size 17 --param value=50 --param offset=50 --param kx=0.3 --param ky=0.2 --param kz=0.25 \
+    --extent 0,0,0,1,1,1 -o wave.vdb
+for estimator in exact full integrals direct; do
+    vol-render -t all.json ${view% --precise} --precise --estimator $estimator --step 0.5v --aov surface,scatter,emit \
+        --probe 12,9 --probe 6,7 --probe 17,11 wave.vdb >probe
+    parts=$(tr -d ' ",' <probe | awk -F: '
+        /^(R|G|B|(surface|scatter|emit)\.[RGB]):/ { c = substr($1, length($1)); if ($1 == c) { whole[c] = $2; n++ } else sum[c] += $2; m++ }
+        m == 12 { for (c in sum) { d = sum[c] - whole[c]; if (d < 0) d = -d; if (d > worst) worst = d } split("", sum); m = 0; lit += whole["R"] }
+        END { print (n == 9 && m == 0 && lit > 0.1) ? worst + 0 : "none" }')
+    if [ "$parts" = none ]; then failed "$estimator: parts add up" probe; else small "$estimator: parts add up" 1e-12 "$parts"; fi
+done
+finish
