@@ -47,10 +47,7 @@ typedef struct Job {
 
 static void add_digest(Job *job, const VolBytes *bytes)
 {
-    VolHash hash;
-    vol_hash_begin(&hash);
-    vol_hash_add(&hash, bytes->data, bytes->size);
-    vol_hash_end(&hash, job->digests[job->digest_count++]);
+    vol_hash_bytes(bytes->data, bytes->size, job->digests[job->digest_count++]);
 }
 
 static VolStatus parse_parts(unsigned *parts, VolError *err)

@@ -65,10 +65,7 @@ static VolStatus read_and_account(void *user, const char *path, VolBytes *out, V
     VolStatus status = run_read(account->run, path, out, err);
     if (status)
         return status;
-    VolHash hash;
-    vol_hash_begin(&hash);
-    vol_hash_add(&hash, out->data, out->size);
-    vol_hash_end(&hash, account->digests[account->count++]);
+    vol_hash_bytes(out->data, out->size, account->digests[account->count++]);
     return VOL_OK;
 }
 

@@ -91,10 +91,7 @@ typedef struct Job {
 
 static void add_digest(Job *job, const VolBytes *bytes)
 {
-    VolHash hash;
-    vol_hash_begin(&hash);
-    vol_hash_add(&hash, bytes->data, bytes->size);
-    vol_hash_end(&hash, job->digests[job->digest_count++]);
+    vol_hash_bytes(bytes->data, bytes->size, job->digests[job->digest_count++]);
 }
 
 static VolStatus read_look(Job *job, VolError *err)
@@ -342,7 +339,8 @@ static VolStatus set_scene(Job *job, VolError *err)
         status = set_backdrop(job, err);
     if (!status)
         status = vol_scene_prepare(scene, err);
-    warn_of_nothing(job);
+    if (!status)
+        warn_of_nothing(job);
     job->frame.scene = scene;
     job->frame.camera = &job->camera;
     job->frame.samples = (int)options.samples;

@@ -85,3 +85,11 @@ void vol_hash_hex(const uint64_t digest[2], char out[33])
         out[i] = "0123456789abcdef"[digest[i / 16] >> (60 - 4 * (i % 16)) & 15];
     out[32] = 0;
 }
+
+void vol_hash_bytes(const void *data, size_t size, uint64_t out[2])
+{
+    VolHash hash;
+    vol_hash_begin(&hash);
+    vol_hash_add(&hash, data, size);
+    vol_hash_end(&hash, out);
+}

@@ -15,6 +15,7 @@ typedef struct VolHash {
 void vol_hash_begin(VolHash *hash);
 void vol_hash_add(VolHash *hash, const void *data, size_t size);
 void vol_hash_end(VolHash *hash, uint64_t out[2]);
+void vol_hash_bytes(const void *data, size_t size, uint64_t out[2]); /* all three at once */
 void vol_hash_hex(const uint64_t digest[2], char out[33]);
 
 #endif

@@ -64,11 +64,8 @@ void vol_octave_name(size_t octave, char name[32])
 
 void vol_json_digest(const char *json, char hex[33])
 {
-    VolHash hash;
     uint64_t digest[2];
-    vol_hash_begin(&hash);
-    vol_hash_add(&hash, json, strlen(json));
-    vol_hash_end(&hash, digest);
+    vol_hash_bytes(json, strlen(json), digest);
     vol_hash_hex(digest, hex);
 }
 

@@ -49,7 +49,6 @@ static VolStatus build_optics(const VolTfCompiled *tf, Optics *o, VolError *err)
     *o = (Optics){.knot_count = tf->knot_count,
                   .delta_count = tf->delta_count,
                   .channels = tf->coloured ? 3 : 1,
-                  .surfaces = tf->has_surface,
                   .emission = tf->has_emit,
                   .classic = tf->model == VOL_MODEL_CLASSIC,
                   .ambient = (real)tf->ambient,

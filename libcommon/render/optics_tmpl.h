@@ -36,7 +36,7 @@ typedef struct Optics {
     size_t *falling; /* their numbers descending by value, equal values in list order */
     size_t delta_count;
     int channels; /* 1: extinction is grey, 3: coloured */
-    bool surfaces, emission, classic;
+    bool emission, classic;
     real ambient, diffuse, specular;
     double shininess;
     bool gradient_surfaceness;
