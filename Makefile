@@ -50,6 +50,7 @@ PROGRAMS  := $(sort $(patsubst cmd/%.c,%,$(wildcard cmd/*.c)))
 ADAPTERS  := $(sort $(patsubst libcommon/adapters/%.cc,%,$(wildcard libcommon/adapters/*.cc)))
 UNITS     := $(sort $(patsubst tests/unit/%.c,%,$(wildcard tests/unit/test_*.c)))
 TOOLS     := $(sort $(patsubst tests/tools/%.c,%,$(wildcard tests/tools/*.c)))
+BENCHES   := $(sort $(patsubst tests/bench/%.c,%,$(wildcard tests/bench/*.c)))
 
 LIB       := $(OUT)/libpellucid.a
 LIB_OBJ   := $(LIB_SRC:%.c=$(OUT)/obj/%.o)
@@ -58,12 +59,13 @@ BINS      := $(PROGRAMS:%=$(OUT)/bin/%)
 SOS       := $(ADAPTERS:%=$(OUT)/lib/pellucid/pellucid-%.so)
 UNIT_BINS := $(UNITS:%=$(OUT)/tests/%)
 TOOL_BINS := $(TOOLS:%=$(OUT)/tests/tools/%)
+BENCH_BINS := $(BENCHES:%=$(OUT)/tests/bench/%)
 
 # What the demo needs: no reader of foreign formats.
 CORE_BINS := $(filter-out %/vol-import,$(BINS))
 CORE_SOS  := $(filter-out %/pellucid-vtk.so,$(SOS))
 
-.PHONY: all core demo test test-long bench lint install uninstall clean help deps deps-core unit-tests
+.PHONY: all core demo test test-long bench bench-peers bench-tools lint install uninstall clean help deps deps-core unit-tests
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := all
 
@@ -80,9 +82,8 @@ deps:
 	$(Q).ci/setup $(PKGS_ALL)
 
 # ---- rules ---------------------------------------------------------------------------------------------------------
-# Kernels: loops over Gauss nodes and lanes become vectors; the order of their sums stands in the source.
-$(OUT)/obj/libcommon/render/kernel_%.o: CFLAGS += -O3
-$(OUT)/obj/%_avx2.o: CFLAGS += -mavx2 -mfma
+# The source has the vectors; unrolling keeps them in registers.
+$(OUT)/obj/%_avx2.o: CFLAGS += -mavx2 -mfma -O3 -fno-tree-vectorize -funroll-loops
 $(OUT)/obj/libcommon/io/exr.o: CFLAGS += $(EXR_CFLAGS)
 $(OUT)/obj/libcommon/io/exr_%.o: CFLAGS += $(EXR_CFLAGS)
 
@@ -105,8 +106,16 @@ $(OUT)/tests/tools/%: $(OUT)/obj/tests/tools/%.o $(LIB)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(SANFLAGS) $(LDFLAGS) -o $@ $< $(LIB) $(LIBS)
 
+# What it counts are the limits of the machine, not of the optimiser.
+$(OUT)/obj/tests/bench/roofline.o: CFLAGS += -O3
+
+$(OUT)/tests/bench/%: $(OUT)/obj/tests/bench/%.o $(LIB)
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(SANFLAGS) $(LDFLAGS) -o $@ $< $(LIB) $(LIBS)
+
 ADAPTER_CFLAGS_vdb   = $(VDB_CFLAGS)
 ADAPTER_LIBS_vdb     = $(VDB_LIBS)
+ADAPTER_LIBS_blosc   = -lblosc
 ADAPTER_CFLAGS_image = $(OIIO_CFLAGS)
 ADAPTER_LIBS_image   = $(OIIO_LIBS)
 ADAPTER_CFLAGS_vtk   = $(VTK_CFLAGS)
@@ -135,9 +144,15 @@ test-long: deps ## the tests that take longer
 	$(Q)$(MAKE) --no-print-directory all unit-tests
 	$(Q)tests/run --long $(abspath $(OUT))
 
-bench: ## time the programs on the scenes in tests/bench
-	$(Q)$(MAKE) --no-print-directory all unit-tests
+bench-tools: $(BENCH_BINS) $(TOOL_BINS)
+
+bench: ## limits of this machine, then seconds and errors on scenes (BENCH_QUICK=1: small pictures)
+	$(Q)$(MAKE) --no-print-directory all bench-tools
 	$(Q)tests/bench/run $(abspath $(OUT))
+
+bench-peers: ## the same picture by other programs, where installed
+	$(Q)$(MAKE) --no-print-directory all bench-tools
+	$(Q)tests/bench/peers $(abspath $(OUT))
 
 lint: ## man pages, shell scripts, banned functions
 	$(Q)tests/lint
@@ -157,5 +172,5 @@ clean: ## remove build/
 	rm -rf $(BUILD)
 
 help: ## this list
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-10s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  %-12s %s\n", $$1, $$2 }' Makefile
 	@echo "  variables: SAN=address,undefined  OPT='-O2 -g'  PREFIX=$(PREFIX)  DESTDIR=  BUILD=$(BUILD)  V=1"

@@ -23,7 +23,7 @@ static VolStatus join(const Run *run, const VolImage *crops, const char *const *
     VolStatus status = vol_join_images(crops, names, count, &frame, err);
     vol_stats_stage(run->stats, "join");
     if (!status)
-        status = vol_exr_write(&frame, VOL_EXR_ZIP, &bytes, NULL, err);
+        status = vol_exr_write(&frame, VOL_EXR_ZIP, run->threads, &bytes, NULL, err);
     if (!status)
         status = run_write(run, bytes.data, bytes.size, true, err);
     vol_stats_stage(run->stats, "write");

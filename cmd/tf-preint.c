@@ -119,7 +119,7 @@ static VolStatus load_volume(Job *job, VolError *err)
     size_t size = bytes.size;
     status = vol_vdb_open(bytes, name, &vdb, err);
     if (!status)
-        status = vol_load_volume(vdb, options.grid, false, &job->run->log, &job->grid, err);
+        status = vol_load_volume(vdb, options.grid, false, job->run->threads, &job->run->log, &job->grid, err);
     if (!status)
         status = inspect_volume(job, vdb, size, err);
     vol_vdb_close(vdb);
@@ -200,7 +200,7 @@ static VolStatus write_tables(const Job *job, unsigned parts, VolError *err)
         return status;
     status = run_stamp_exr(job->run, NULL, (const uint64_t(*)[2])job->digests, job->digest_count, &image, err);
     if (!status)
-        status = vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, err);
+        status = vol_exr_write(&image, VOL_EXR_ZIP, job->run->threads, &bytes, NULL, err);
     vol_image_free(&image);
     vol_stats_stage(job->run->stats, "encode");
     if (!status)

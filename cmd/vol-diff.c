@@ -41,7 +41,7 @@ static VolStatus diff_images(const Run *run, VolBytes bytes[2], const char *name
         status = vol_compare_images(&image[0], &image[1], tolerance, report, wanted ? &difference : NULL, err);
     VolBytes exr = {0};
     if (!status && difference.part_count)
-        status = vol_exr_write(&difference, VOL_EXR_ZIP, &exr, NULL, err);
+        status = vol_exr_write(&difference, VOL_EXR_ZIP, run->threads, &exr, NULL, err);
     if (!status && difference.part_count)
         status = run_write(run, exr.data, exr.size, true, err);
     if (!status && wanted && !difference.part_count)

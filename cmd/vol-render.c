@@ -165,7 +165,7 @@ static VolStatus load_volume(Job *job, VolError *err)
     if (!status)
         status = keep_history(job, vdb, err);
     if (!status) {
-        status = vol_load_volume(vdb, options.grid, options.precise, &job->run->log, &job->grid, err);
+        status = vol_load_volume(vdb, options.grid, options.precise, job->run->threads, &job->run->log, &job->grid, err);
         if (status && !strstr(err->text, vol_input_name(path)))
             vol_fail_within(err, status, "cannot read '%s'", vol_input_name(path));
     }
@@ -377,13 +377,25 @@ static void show_progress(void *user, double fraction)
 static void count_work(const Job *job, const VolFrameCounts *counts)
 {
     VolStats *stats = job->run->stats;
+    const VolSkipped *skipped = &counts->skipped;
+    bool exact = options.estimator == 0;
+    char terms[200];
     vol_stats_count(stats, "rays", counts->rays);
-    vol_stats_count(stats, options.estimator == 0 ? "cells" : "samples", counts->cells);
+    vol_stats_count(stats, exact ? "cells" : "samples", counts->cells);
+    if (!exact)
+        vol_stats_count(stats, "steps", counts->steps);
+    vol_stats_count(stats, "active_voxels", job->grid->active_voxels);
     vol_stats_count(stats, "bricks.total", job->grid->brick_count);
     vol_stats_count(stats, "bricks.stored", job->grid->stored_bricks);
-    vol_stats_count(stats, "active_voxels", job->grid->active_voxels);
+    vol_stats_count(stats, "bricks.entered", skipped->bricks_entered);
     vol_stats_count(stats, "skipped.bricks", job->scene.bricks_skipped);
+    vol_stats_count(stats, "skipped.blocks", skipped->blocks);
+    vol_stats_count(stats, exact ? "skipped.cells" : "skipped.samples",
+                    skipped->cells_met > counts->cells ? skipped->cells_met - counts->cells : 0);
     vol_stats_count(stats, "skipped.rays", counts->rays_missed);
+    vol_stats_count(stats, "skipped.ends_of_rays", skipped->rays_ended);
+    vol_scene_terms_skipped(&job->scene, terms, sizeof terms);
+    vol_stats_text(stats, "skipped.terms", terms);
     vol_stats_real(stats, "stop_opacity", job->scene.stop_opacity);
 }
 
@@ -394,7 +406,7 @@ static VolStatus write_image(Job *job, VolImage *image, VolError *err)
     VolStatus status = run_stamp_exr(job->run, job->prior_history, (const uint64_t(*)[2])job->digests, job->digest_count,
                                      image, err);
     if (!status)
-        status = vol_exr_write(image, VOL_EXR_ZIP, &bytes, &clamped, err);
+        status = vol_exr_write(image, VOL_EXR_ZIP, job->run->threads, &bytes, &clamped, err);
     if (clamped)
         vol_warn(&job->run->log, "%" PRIu64 " values lay beyond half's range and were clamped to 65504", clamped);
     vol_stats_count(job->run->stats, "half_clamped", clamped);
@@ -414,21 +426,17 @@ static VolStatus render(Job *job, VolError *err)
     VolStatus status = check_crop(&crop, err);
     if (status)
         return status;
-    VolPixelValue *pixels = vol_alloc((size_t)crop.width * (size_t)crop.height, sizeof *pixels);
-    if (!pixels)
-        return vol_fail_memory(err, (size_t)crop.width * (size_t)crop.height * sizeof *pixels);
+    VolFilm film;
+    status = vol_film_begin(&job->frame, crop.x, crop.y, crop.width, crop.height, options.depth == 1, &image, &film, err);
+    if (status)
+        return status;
     vol_stats_stage(job->run->stats, "prepare");
     status = vol_frame_render(&job->frame, crop.x, crop.y, crop.width, crop.height, job->run->threads, show_progress,
-                              (void *)job->run, pixels, &counts, err);
+                              (void *)job->run, vol_film_put, &film, &counts, err);
     vol_stats_stage(job->run->stats, "render");
     count_work(job, &counts);
     if (!status)
-        status = vol_film_image(&job->frame, pixels, crop.x, crop.y, crop.width, crop.height, options.depth == 1, &image,
-                                err);
-    free(pixels);
-    if (status)
-        return status;
-    status = write_image(job, &image, err);
+        status = write_image(job, &image, err);
     vol_image_free(&image);
     return status;
 }

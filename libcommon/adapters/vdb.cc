@@ -1,4 +1,4 @@
-/* OpenVDB behind a table of C functions: decodes and encodes trees.
+/* OpenVDB behind a table of C functions: encodes trees.
  *
  * Root nodes are used without openvdb::Tree around them, which would start threads to count and to free; and without
  * io::File or io::Stream, which copy files to the temporary folder and read ahead.  Nothing of the main program is
@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <limits>
 #include <memory>
 #include <mutex>
 #include <type_traits>
@@ -25,7 +24,6 @@ extern "C" {
 namespace {
 
 using openvdb::Coord;
-using HalfTree = openvdb::tree::Tree4<openvdb::math::half, 5, 4, 3>::Type;
 
 constexpr int LEAF_VALUES = 512;
 constexpr uint32_t FILE_VERSION = 224;
@@ -76,7 +74,6 @@ struct Value {
     using Component = T;
     static constexpr int components = 1;
     static double get(const T &v, int) { return static_cast<double>(v); }
-    static bool differ(const T &a, const T &b) { return !(a == b); }
 };
 
 template <typename T>
@@ -84,10 +81,6 @@ struct Value<openvdb::math::Vec3<T>> {
     using Component = T;
     static constexpr int components = 3;
     static double get(const openvdb::math::Vec3<T> &v, int c) { return static_cast<double>(v[c]); }
-    static bool differ(const openvdb::math::Vec3<T> &a, const openvdb::math::Vec3<T> &b)
-    {
-        return !(a[0] == b[0] && a[1] == b[1] && a[2] == b[2]);
-    }
 };
 
 template <typename T>
@@ -177,226 +170,7 @@ void count_tree(const RootT &root, VolVdbGridInfo &info)
     }
 }
 
-/* ---- reading ----
- *
- * Topology is read here and not by the nodes' own readTopology(), which leaks when a block turns out to be damaged, and
- * whose half-read nodes cannot be destroyed. */
-
-/* Damaged bytes are not always bools: those are read as bytes, with the arithmetic that OpenVDB has for bool. */
-struct ByteOfBool {
-    unsigned char byte = 0;
-    ByteOfBool() = default;
-    explicit ByteOfBool(int value) : byte(value != 0) {}
-    ByteOfBool operator-() const { return ByteOfBool(byte == 0); }
-    operator bool() const { return byte != 0; }
-};
-
-template <typename T>
-using Stored = std::conditional_t<std::is_same<T, bool>::value, ByteOfBool, T>;
-
-template <typename NodeT>
-std::unique_ptr<NodeT> read_node(std::istream &in, const Coord &origin, const typename NodeT::ValueType &background,
-                                 bool half)
-{
-    if constexpr (NodeT::LEVEL == 0) {
-        auto leaf = std::make_unique<NodeT>(openvdb::PartialCreate(), origin, background);
-        leaf->readTopology(in, half);
-        return leaf;
-    } else {
-        using ChildT = typename NodeT::ChildNodeType;
-        using StoredT = Stored<typename NodeT::ValueType>;
-        auto node = std::make_unique<NodeT>(origin, background, false);
-        typename NodeT::NodeMaskType children, active;
-        children.load(in);
-        active.load(in);
-        std::unique_ptr<StoredT[]> values(new StoredT[NodeT::NUM_VALUES]);
-        openvdb::io::readCompressedValues(in, values.get(), NodeT::NUM_VALUES, active, half);
-        for (openvdb::Index n = 0; n < NodeT::NUM_VALUES; n++) {
-            if (children.isOn(n))
-                node->addChild(read_node<ChildT>(in, node->offsetToGlobalCoord(n), background, half).release());
-            else
-                node->addTile(n, values[n], active.isOn(n));
-        }
-        return node;
-    }
-}
-
-/* Fills an empty root.  The stream holds a pointer to the background, for values that were left out as equal to it: at
- * first as stored, then that of the root. */
-template <typename RootT>
-void read_root(std::istream &in, bool half, RootT &root)
-{
-    using ChildT = typename RootT::ChildNodeType;
-    using StoredT = Stored<typename RootT::ValueType>;
-    int32_t buffers_per_tree, origin[3];
-    openvdb::Index tiles, children;
-    StoredT background, value;
-    char active;
-    const auto load = [&in](auto &to) { in.read(reinterpret_cast<char *>(&to), sizeof to); };
-    load(buffers_per_tree);
-    load(background);
-    root.setBackground(background, false);
-    openvdb::io::setGridBackgroundValuePtr(in, &background);
-    load(tiles);
-    load(children);
-    while (tiles--) {
-        load(origin);
-        load(value);
-        load(active);
-        root.addTile(Coord(origin), value, active != 0);
-    }
-    while (children--) {
-        load(origin);
-        root.addChild(read_node<ChildT>(in, Coord(origin), root.background(), half).release());
-    }
-    openvdb::io::setGridBackgroundValuePtr(in, &root.background());
-}
-
-template <typename RootT>
-class Walk {
-public:
-    using T = typename RootT::ValueType;
-    using LeafT = typename RootT::LeafNodeType;
-    using Component = typename Value<T>::Component;
-
-    Walk(RootT &root, const VolVdbVisitor &visitor, void *user, VolError *err)
-        : root_(root), background_(root.background()), visitor_(visitor), user_(user), err_(err)
-    {
-    }
-
-    VolStatus run()
-    {
-        using ChildT = typename RootT::ChildNodeType;
-        for (auto it = root_.beginChildAll(); it; ++it) {
-            T value = background_;
-            const Coord origin = it.getCoord();
-            VolStatus status = VOL_OK;
-            if (ChildT *child = it.probeChild(value)) {
-                status = node(*child);
-                delete root_.template stealNode<ChildT>(origin, background_, false);
-            } else {
-                status = tile(origin, ChildT::DIM, value, it.isValueOn());
-            }
-            if (status)
-                return status;
-        }
-        return VOL_OK;
-    }
-
-private:
-    template <typename NodeT>
-    VolStatus node(NodeT &parent)
-    {
-        using ChildT = typename NodeT::ChildNodeType;
-        for (openvdb::Index n = 0; n < NodeT::NUM_VALUES; n++) {
-            const Coord origin = parent.offsetToGlobalCoord(n);
-            VolStatus status = VOL_OK;
-            if (parent.getChildMask().isOn(n)) {
-                status = visit_child(*parent.getTable()[n].getChild());
-                delete parent.template stealNode<ChildT>(origin, background_, false);
-            } else {
-                status = tile(origin, ChildT::DIM, parent.getTable()[n].getValue(), parent.getValueMask().isOn(n));
-            }
-            if (status)
-                return status;
-        }
-        return VOL_OK;
-    }
-
-    template <typename NodeT>
-    VolStatus visit_child(const NodeT &child)
-    {
-        if constexpr (NodeT::LEVEL == 0)
-            return leaf(child);
-        else
-            return node(const_cast<NodeT &>(child));
-    }
-
-    VolStatus tile(const Coord &origin, openvdb::Index size, const T &value, bool active)
-    {
-        if (!visitor_.tile || (!active && !Value<T>::differ(value, background_)))
-            return VOL_OK;
-        double wide[3];
-        widen(value, wide);
-        return visitor_.tile(user_, origin.asPointer(), static_cast<int32_t>(size), wide, active, err_);
-    }
-
-    /* The leaf's own array where it has the type that is wanted, else converted into `scratch`. */
-    template <typename Wanted>
-    const Wanted *values(const LeafT &leaf, Wanted *scratch)
-    {
-        constexpr int components = Value<T>::components;
-        if constexpr (std::is_same<Component, Wanted>::value)
-            return reinterpret_cast<const Wanted *>(leaf.buffer().data());
-        for (int n = 0; n < LEAF_VALUES; n++) {
-            const T value = leaf.getValue(static_cast<openvdb::Index>(n));
-            for (int c = 0; c < components; c++)
-                scratch[n * components + c] = static_cast<Wanted>(Value<T>::get(value, c));
-        }
-        return scratch;
-    }
-
-    VolStatus leaf(const LeafT &leaf)
-    {
-        uint64_t active[8];
-        for (openvdb::Index x = 0; x < 8; x++)
-            active[x] = leaf.valueMask().template getWord<openvdb::Index64>(x);
-        const int32_t *origin = leaf.origin().asPointer();
-        if (visitor_.leaf_double)
-            return visitor_.leaf_double(user_, origin, values<double>(leaf, doubles_), active, err_);
-        if (visitor_.leaf_float)
-            return visitor_.leaf_float(user_, origin, values<float>(leaf, floats_), active, err_);
-        return VOL_OK;
-    }
-
-    RootT &root_;
-    const T background_;
-    const VolVdbVisitor &visitor_;
-    void *user_;
-    VolError *err_;
-    float floats_[LEAF_VALUES * 3];
-    double doubles_[LEAF_VALUES * 3];
-};
-
-template <typename TreeT>
-VolStatus visit_as(const VolVdbTreeBytes &bytes, VolVdbGridInfo &info, const VolVdbVisitor &visitor, void *user,
-                   VolError *err)
-{
-    using RootT = typename TreeT::RootNodeType;
-    InBuffer buffer(bytes.data, bytes.size);
-    std::istream in(&buffer);
-    prepare(in, bytes);
-    RootT root(openvdb::zeroVal<typename RootT::ValueType>());
-    read_root(in, bytes.half, root);
-    root.readBuffers(in, bytes.half);
-    count_tree(root, info);
-    VolStatus status = visitor.begin ? visitor.begin(user, &info, err) : VOL_OK;
-    if (status)
-        return status;
-    auto walk = std::make_unique<Walk<RootT>>(root, visitor, user, err);
-    return walk->run();
-}
-
-VolStatus visit(const VolVdbTreeBytes *tree, VolVdbGridInfo *info, const VolVdbVisitor *visitor, void *user,
-                VolError *err)
-{
-    return guarded(err, [&] {
-        static const struct {
-            const char *type;
-            VolStatus (*visit)(const VolVdbTreeBytes &, VolVdbGridInfo &, const VolVdbVisitor &, void *, VolError *);
-        } types[] = {
-            {"Tree_float_5_4_3", visit_as<openvdb::FloatTree>},   {"Tree_double_5_4_3", visit_as<openvdb::DoubleTree>},
-            {"Tree_int32_5_4_3", visit_as<openvdb::Int32Tree>},   {"Tree_int64_5_4_3", visit_as<openvdb::Int64Tree>},
-            {"Tree_bool_5_4_3", visit_as<openvdb::BoolTree>},     {"Tree_mask_5_4_3", visit_as<openvdb::MaskTree>},
-            {"Tree_vec3s_5_4_3", visit_as<openvdb::Vec3STree>},   {"Tree_vec3d_5_4_3", visit_as<openvdb::Vec3DTree>},
-            {"Tree_vec3i_5_4_3", visit_as<openvdb::Vec3ITree>},   {"Tree_half_5_4_3", visit_as<HalfTree>},
-        };
-        for (const auto &entry : types)
-            if (std::strcmp(entry.type, tree->type) == 0)
-                return entry.visit(*tree, *info, *visitor, user, err);
-        return fail(err, VOL_BAD_INPUT, "its type is not one of numbers");
-    });
-}
+/* ---- reading ---- */
 
 /* Points are stored in several passes over the leaves, which the grid manages. */
 VolStatus measure(const VolVdbTreeBytes *tree, size_t *size, VolError *err)
@@ -577,6 +351,6 @@ VolStatus tree_encode(const VolVdbTree *tree, uint32_t compression, VolVdbEncode
 extern "C" {
 extern const VolVdbAdapter pellucid_vdb_adapter __attribute__((visibility("default")));
 const VolVdbAdapter pellucid_vdb_adapter = {
-    "OpenVDB " OPENVDB_LIBRARY_VERSION_STRING, visit, measure, tree_new, tree_free, tree_leaf, tree_tile, tree_encode,
+    "OpenVDB " OPENVDB_LIBRARY_VERSION_STRING, measure, tree_new, tree_free, tree_leaf, tree_tile, tree_encode,
 };
 }

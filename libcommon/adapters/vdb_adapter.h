@@ -1,11 +1,11 @@
-/* What the OpenVDB adapter (pellucid-vdb.so) offers: trees, and nothing but trees.  Header, names, metadata and transforms
- * are handled in C by io/vdb_*.c, which also walks every tree of a kind it knows before the adapter sees it. */
+/* What the OpenVDB adapter (pellucid-vdb.so) offers: new trees, and the lengths of points.  Header, names, metadata,
+ * transforms and the reading of trees are handled in C by io/vdb_*.c. */
 #ifndef VOL_ADAPTERS_VDB_ADAPTER_H
 #define VOL_ADAPTERS_VDB_ADAPTER_H
 
 #include "io/vdb.h"
 
-/* The bytes of one tree: topology, then buffers. */
+/* The bytes of one tree of points: topology, then buffers. */
 typedef struct VolVdbTreeBytes {
     const unsigned char *data;
     size_t size;
@@ -27,11 +27,6 @@ typedef struct VolVdbTree VolVdbTree; /* under construction */
 /* `err` may not be NULL; messages tell the reason only, the caller adds file and grid. */
 typedef struct VolVdbAdapter {
     const char *version; /* "OpenVDB 10.0.1" */
-
-    /* Decodes and walks a tree.  `info` comes with value, transform and class filled in; the rest is added before
-     * visitor->begin. */
-    VolStatus (*visit)(const VolVdbTreeBytes *tree, VolVdbGridInfo *info, const VolVdbVisitor *visitor, void *user,
-                       VolError *err);
 
     /* How many of the bytes the tree takes, by reading it: for points, of which the C code walks the topology only. */
     VolStatus (*measure)(const VolVdbTreeBytes *tree, size_t *size, VolError *err);

@@ -1,3 +1,4 @@
+#define _GNU_SOURCE /* mremap */
 #include "base/mem.h"
 
 #include <stdarg.h>
@@ -55,6 +56,56 @@ void *vol_resize(void *old, size_t count, size_t size)
 {
     size_t bytes;
     return product(count, size, &bytes) ? realloc(old, bytes ? bytes : 1) : NULL;
+}
+
+enum { LARGE_PAGE = 1 << 21 };
+
+/* Address space for `bytes` at a multiple of LARGE_PAGE, nothing behind it. */
+static unsigned char *reserve_aligned(size_t bytes)
+{
+    size_t room;
+    if (__builtin_add_overflow(bytes, (size_t)LARGE_PAGE, &room))
+        return NULL;
+    unsigned char *begin = mmap(NULL, room, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
+    if (begin == MAP_FAILED)
+        return NULL;
+    size_t before = -(uintptr_t)begin % LARGE_PAGE, behind = LARGE_PAGE - before;
+    if (before)
+        munmap(begin, before);
+    if (behind)
+        munmap(begin + before + bytes, behind);
+    return begin + before;
+}
+
+bool vol_pages_grow(VolPages *pages, size_t count, size_t size)
+{
+    size_t bytes, page = 4096;
+    if (!product(count, size, &bytes) || bytes > SIZE_MAX - LARGE_PAGE)
+        return false;
+    if (bytes > LARGE_PAGE / 2)
+        page = LARGE_PAGE;
+    bytes = (bytes + page - 1) / page * page;
+    if (bytes <= pages->bytes)
+        return true;
+    unsigned char *place = reserve_aligned(bytes);
+    if (!place)
+        return false;
+    void *data = pages->data ? mremap(pages->data, pages->bytes, bytes, MREMAP_MAYMOVE | MREMAP_FIXED, place)
+                             : mmap(place, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
+    if (data == MAP_FAILED) {
+        munmap(place, bytes);
+        return false;
+    }
+    madvise(data, bytes, MADV_HUGEPAGE); /* where the system has none: ordinary ones */
+    *pages = (VolPages){data, bytes};
+    return true;
+}
+
+void vol_pages_free(VolPages *pages)
+{
+    if (pages->data)
+        munmap(pages->data, pages->bytes);
+    *pages = (VolPages){0};
 }
 
 char *vol_copy_text(const char *text)

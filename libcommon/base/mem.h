@@ -15,6 +15,16 @@ void *vol_resize(void *old, size_t count, size_t size);
 char *vol_copy_text(const char *text);
 char *vol_format_text(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* A large block of zeros on pages of its own: it begins at a multiple of 2 MiB and lies on pages of that size where the
+ * system has them.  Growing moves pages, not bytes, and pages that nobody touches take no memory. */
+typedef struct VolPages {
+    void *data;
+    size_t bytes; /* a multiple of the page size; 0: nothing yet */
+} VolPages;
+
+bool vol_pages_grow(VolPages *pages, size_t count, size_t size); /* false: as it was */
+void vol_pages_free(VolPages *pages);
+
 /* "out of memory" as a status, for the many places that need just this. */
 VolStatus vol_fail_memory(VolError *err, size_t bytes);
 

@@ -14,7 +14,7 @@ static size_t hash_of(int32_t x, int32_t y, int32_t z)
     return (size_t)(h ^ h >> 29);
 }
 
-const VolNode *vol_grid_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z)
+const VolNode *vol_grid_hashed_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z)
 {
     size_t mask = grid->hash_size - 1;
     for (size_t slot = hash_of(x, y, z) & mask; grid->hash[slot]; slot = (slot + 1) & mask) {
@@ -47,30 +47,38 @@ VolStatus vol_grid_rehash(VolGrid *grid, size_t size, VolError *err)
     return VOL_OK;
 }
 
-static size_t entry_of(int32_t bx, int32_t by, int32_t bz)
-{
-    return ((size_t)(bx & 15) * 16 + (size_t)(by & 15)) * 16 + (size_t)(bz & 15);
-}
+/* A larger table would cost more than it saves. */
+enum { TABLE_LIMIT = 1 << 22 };
 
-uint32_t vol_grid_brick_number(const VolGrid *grid, int32_t bx, int32_t by, int32_t bz)
+VolStatus vol_grid_make_table(VolGrid *grid, VolError *err)
 {
-    const VolNode *node = vol_grid_node(grid, bx >> 4, by >> 4, bz >> 4);
-    if (!node)
-        return 0;
-    return node->bricks ? node->bricks[entry_of(bx, by, bz)] : node->uniform;
-}
-
-uint32_t vol_grid_brick_at(const VolGrid *grid, int32_t i, int32_t j, int32_t k)
-{
-    return vol_grid_brick_number(grid, i >> 3, j >> 3, k >> 3);
-}
-
-double vol_grid_stored_value(const VolGrid *grid, const VolBrick *brick, int x, int y, int z)
-{
-    if (brick->storage == VOL_NO_STORAGE)
-        return brick->uniform;
-    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE + (size_t)((x * VOL_BRICK_SIDE + y) * VOL_BRICK_SIDE + z);
-    return grid->is_double ? ((const double *)grid->values)[at] : (double)((const float *)grid->values)[at];
+    int32_t lo[3] = {INT32_MAX, INT32_MAX, INT32_MAX}, hi[3] = {INT32_MIN, INT32_MIN, INT32_MIN};
+    uint64_t entries = 1;
+    for (size_t n = 0; n < grid->node_count; n++)
+        for (int a = 0; a < 3; a++) {
+            int32_t at = grid->nodes[n].at[a];
+            lo[a] = at < lo[a] ? at : lo[a];
+            hi[a] = at > hi[a] ? at : hi[a];
+        }
+    for (int a = 0; a < 3; a++) {
+        uint64_t size = grid->node_count ? (uint64_t)((int64_t)hi[a] - lo[a] + 1) : 0;
+        if (size > TABLE_LIMIT || (entries *= size) > TABLE_LIMIT)
+            return VOL_OK;
+        grid->table_min[a] = lo[a];
+        grid->table_size[a] = (uint32_t)size;
+    }
+    grid->table = vol_alloc_zero((size_t)entries, sizeof *grid->table);
+    if (!grid->table)
+        return vol_fail_memory(err, (size_t)entries * sizeof *grid->table);
+    for (size_t n = 0; n < grid->node_count; n++) {
+        const int32_t *at = grid->nodes[n].at;
+        size_t i = (size_t)(at[0] - lo[0]), j = (size_t)(at[1] - lo[1]), k = (size_t)(at[2] - lo[2]);
+        grid->table[(i * grid->table_size[1] + j) * grid->table_size[2] + k] = (uint32_t)n + 1;
+    }
+    free(grid->hash);
+    grid->hash = NULL;
+    grid->hash_size = 0;
+    return VOL_OK;
 }
 
 static int32_t clamp(int32_t v, int32_t lo, int32_t hi) { return v < lo ? lo : v > hi ? hi : v; }
@@ -129,8 +137,9 @@ void vol_grid_free(VolGrid *grid)
     for (size_t n = 0; n < grid->node_count; n++)
         free(grid->nodes[n].bricks);
     free(grid->nodes);
+    free(grid->table);
     free(grid->hash);
     free(grid->bricks);
-    free(grid->values);
+    vol_pages_free(&grid->pool);
     free(grid);
 }

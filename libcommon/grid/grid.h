@@ -2,8 +2,9 @@
  *
  * Voxels are kept in bricks of 8^3 cells, that is 9^3 voxels: the last layer of each axis repeats the first of the next
  * brick, so that a cell never needs a second look-up.  z is fastest, as in OpenVDB's leaves: the two corners of a cell
- * along z lie side by side.  Bricks that hold one value have no storage.  A node is 16^3 bricks; nodes are found by a
- * hash of their coordinates, so that a volume may lie anywhere in index space.  What no brick covers is background.
+ * along z lie side by side.  Bricks that hold one value have no storage.  A node is 16^3 bricks; nodes are found in a table
+ * of the box that they lie in, or where that box is too large by a hash of their coordinates, so that a volume may lie
+ * anywhere in index space.  What no brick covers is background.
  *
  * Index space: voxel (i, j, k) has its value at the point (i, j, k).  Cell (i, j, k) lies between voxels i and i+1 etc. */
 #ifndef VOL_GRID_GRID_H
@@ -13,6 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/mem.h"
 #include "base/status.h"
 #include "base/vec.h"
 
@@ -48,13 +50,18 @@ typedef enum VolDomainKind {
 
 typedef struct VolGrid {
     bool is_double;           /* values are double, else float */
-    void *values;             /* the pool: brick b's voxel (x, y, z) at storage*STRIDE + (x*9 + y)*9 + z */
+    void *values;             /* the pool: brick b's voxel (x, y, z) at storage*STRIDE + (x*9 + y)*9 + z.  Bricks begin at
+                               * multiples of 64 bytes; at least 64 bytes behind the last one may be read. */
+    VolPages pool;            /* where `values` lies */
     size_t stored_bricks;
     VolBrick *bricks;         /* brick 0: the background */
     size_t brick_count;
     VolNode *nodes;
     size_t node_count;
-    uint32_t *hash;           /* node number + 1, 0 empty; linear probing */
+    uint32_t *table;          /* node number + 1, 0: none; NULL: nodes are in the hash */
+    int32_t table_min[3];     /* the node at table_min + (x, y, z) stands at (x*size[1] + y)*size[2] + z */
+    uint32_t table_size[3];
+    uint32_t *hash;           /* node number + 1, 0 empty; linear probing; NULL: nodes are in the table */
     size_t hash_size;         /* a power of two */
 
     VolAffine index_to_world, world_to_index;
@@ -81,12 +88,17 @@ typedef struct VolGridSource {
     bool empty;
     bool as_double;
     uint64_t active_voxels;
+    int threads;              /* that finish the grid; 0 or 1: the caller's alone.  The grid does not depend on it. */
 } VolGridSource;
 
 typedef struct VolGridBuilder VolGridBuilder;
 
 /* VOL_BAD_INPUT: singular transform, or a domain too large to index. */
 VolStatus vol_grid_begin(const VolGridSource *source, VolGridBuilder **out, VolError *err);
+
+/* Makes room for the leaf at `origin`.  When all leaves are placed and all tiles there, vol_grid_leaf() may be called for
+ * them in any order and from several threads at once. */
+VolStatus vol_grid_place(VolGridBuilder *builder, const int32_t origin[3], VolError *err);
 
 /* 8^3 values, z fastest; bit n of `active` belongs to value n.  Exactly one of the two value pointers is not NULL. */
 VolStatus vol_grid_leaf(VolGridBuilder *builder, const int32_t origin[3], const float *floats, const double *doubles,
@@ -102,11 +114,37 @@ void vol_grid_free(VolGrid *grid);
 
 /* ---- Looking up ---- */
 
-/* NULL: all of that node is background. */
-const VolNode *vol_grid_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z);
+/* vol_grid_node() where there is no table. */
+const VolNode *vol_grid_hashed_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z);
+
+/* The node at node coordinates (x, y, z); NULL: all of it is background. */
+static inline const VolNode *vol_grid_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z)
+{
+    if (!grid->table)
+        return vol_grid_hashed_node(grid, x, y, z);
+    const uint32_t *size = grid->table_size;
+    uint32_t i = (uint32_t)x - (uint32_t)grid->table_min[0], j = (uint32_t)y - (uint32_t)grid->table_min[1],
+             k = (uint32_t)z - (uint32_t)grid->table_min[2];
+    if (i >= size[0] || j >= size[1] || k >= size[2])
+        return NULL;
+    uint32_t number = grid->table[((size_t)i * size[1] + j) * size[2] + k];
+    return number ? &grid->nodes[number - 1] : NULL;
+}
+
+/* Brick number at brick coordinates (index / 8, rounded down); 0 for background. */
+static inline uint32_t vol_grid_brick_number(const VolGrid *grid, int32_t bx, int32_t by, int32_t bz)
+{
+    const VolNode *node = vol_grid_node(grid, bx >> 4, by >> 4, bz >> 4);
+    if (!node)
+        return 0;
+    return node->bricks ? node->bricks[((bx & 15) * 16 + (by & 15)) * 16 + (bz & 15)] : node->uniform;
+}
 
 /* Brick number that holds cell (i, j, k); 0 for background. */
-uint32_t vol_grid_brick_at(const VolGrid *grid, int32_t i, int32_t j, int32_t k);
+static inline uint32_t vol_grid_brick_at(const VolGrid *grid, int32_t i, int32_t j, int32_t k)
+{
+    return vol_grid_brick_number(grid, i >> 3, j >> 3, k >> 3);
+}
 
 /* The value of one voxel, clamped into the box of a box domain; background outside a sparse one. */
 double vol_grid_voxel(const VolGrid *grid, int32_t i, int32_t j, int32_t k);

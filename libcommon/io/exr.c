@@ -6,19 +6,18 @@
 
 #include "io/exr_private.h"
 
-static VolExrStream *stream_of(exr_const_context_t context)
-{
-    void *user = NULL;
-    return exr_get_user_data(context, &user) == EXR_ERR_SUCCESS ? user : NULL;
-}
+/* The library's last message on this thread.  Not in the stream: the library may hold its lock when it complains, and to
+ * ask it for the stream takes the lock again. */
+static _Thread_local char last_message[256];
 
 static void keep_message(exr_const_context_t context, exr_result_t code, const char *message)
 {
+    (void)context;
     (void)code;
-    VolExrStream *stream = context ? stream_of(context) : NULL;
-    if (stream)
-        snprintf(stream->why, sizeof stream->why, "%s", message);
+    snprintf(last_message, sizeof last_message, "%s", message);
 }
+
+void vol_exr_forget_message(void) { last_message[0] = 0; }
 
 static _Thread_local bool out_of_memory;
 
@@ -62,7 +61,6 @@ static bool reserve(VolExrStream *stream, size_t size)
     unsigned char *grown = vol_resize(stream->out.data, capacity, 1);
     if (!grown)
         return false;
-    memset(grown + stream->out_capacity, 0, capacity - stream->out_capacity);
     stream->out.data = grown;
     stream->out_capacity = capacity;
     return true;
@@ -78,6 +76,8 @@ static int64_t write_memory(exr_const_context_t context, void *user, const void 
         fail(context, EXR_ERR_OUT_OF_MEMORY, "out of memory");
         return -1;
     }
+    if (offset > stream->out.size)
+        memset(stream->out.data + stream->out.size, 0, (size_t)offset - stream->out.size);
     memcpy(stream->out.data + offset, buffer, (size_t)size);
     if (end > stream->out.size)
         stream->out.size = (size_t)end;
@@ -88,6 +88,7 @@ exr_context_initializer_t vol_exr_initializer(VolExrStream *stream)
 {
     exr_context_initializer_t init = EXR_DEFAULT_CONTEXT_INITIALIZER;
     out_of_memory = false;
+    vol_exr_forget_message();
     init.error_handler_fn = keep_message;
     init.alloc_fn = zeroed;
     init.free_fn = free;
@@ -104,11 +105,11 @@ exr_context_initializer_t vol_exr_initializer(VolExrStream *stream)
     return init;
 }
 
-const char *vol_exr_why(VolExrStream *stream, exr_result_t code)
+const char *vol_exr_why(exr_result_t code)
 {
-    if (!stream->why[0])
-        snprintf(stream->why, sizeof stream->why, "%s", exr_get_default_error_message(code));
-    char *why = stream->why;
+    char *why = last_message;
+    if (!why[0])
+        snprintf(why, sizeof last_message, "%s", exr_get_default_error_message(code));
     if (isupper((unsigned char)why[0]) && !isupper((unsigned char)why[1]))
         why[0] = (char)tolower((unsigned char)why[0]);
     size_t length = strlen(why);

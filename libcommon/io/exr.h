@@ -59,9 +59,10 @@ VolStatus vol_exr_read(const VolBytes *bytes, const char *name, VolImage *out, V
 /* Header only: `data` of the channels is NULL. */
 VolStatus vol_exr_read_header(const VolBytes *bytes, const char *name, VolImage *out, VolError *err);
 
-/* HALF channels are clamped to +-65504; the number of clamped values is added to *clamped (may be NULL). */
-VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, VolBytes *out, uint64_t *clamped,
-                        VolError *err);
+/* HALF channels are clamped to +-65504; the number of clamped values is added to *clamped (may be NULL).  The bytes do not
+ * depend on `threads`. */
+VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, int threads, VolBytes *out,
+                        uint64_t *clamped, VolError *err);
 
 void vol_image_free(VolImage *image);
 

@@ -12,7 +12,6 @@ typedef struct VolExrStream {
     size_t in_size;
     VolBytes out; /* writing: grows; holes left by seeks are zero until filled */
     size_t out_capacity;
-    char why[256]; /* the library's last message */
 } VolExrStream;
 
 /* Reading where `in` is set, else writing. */
@@ -22,8 +21,10 @@ exr_context_initializer_t vol_exr_initializer(VolExrStream *stream);
  * memory" for damaged data.) */
 bool vol_exr_out_of_memory(void);
 
-/* The library's message in our grammar (lower case, one line, no full stop), or the code's standard text. */
-const char *vol_exr_why(VolExrStream *stream, exr_result_t code);
+/* The library's last message on this thread in our grammar (lower case, one line, no full stop), or the code's standard
+ * text. */
+const char *vol_exr_why(exr_result_t code);
+void vol_exr_forget_message(void);
 
 /* Grows the list by one zeroed channel without pixels, at its place in the order. */
 VolStatus vol_part_insert_channel(VolPart *part, const char *name, VolPixel store, VolChannel **out, VolError *err);

@@ -37,7 +37,7 @@ static VolStatus damaged(Reader *r, exr_result_t code, const char *where)
         return vol_fail(r->err, VOL_NOMEM, "cannot read EXR '%s': out of memory", r->name);
     if (code == EXR_ERR_OUT_OF_MEMORY)
         code = EXR_ERR_CORRUPT_CHUNK;
-    return vol_fail(r->err, VOL_BAD_INPUT, "damaged EXR '%s': %s: %s", r->name, where, vol_exr_why(&r->stream, code));
+    return vol_fail(r->err, VOL_BAD_INPUT, "damaged EXR '%s': %s: %s", r->name, where, vol_exr_why(code));
 }
 
 /* ---- Header -------------------------------------------------------------------------------------------------------- */
@@ -137,7 +137,7 @@ static VolStatus read_windows(PartReader *p, VolImage *image)
         return damaged(r, code, "header");
     if (exr_get_name(r->context, p->index, &name)) {
         name = NULL; /* a single part need not have one */
-        r->stream.why[0] = 0;
+        vol_exr_forget_message();
     }
     VolStatus status = vol_image_add_part(image, name, (VolBox2){data.min.x, data.min.y, data.max.x, data.max.y},
                                           (VolBox2){display.min.x, display.min.y, display.max.x, display.max.y},
@@ -244,7 +244,7 @@ static VolStatus check_chunk(PartReader *p, int32_t x, int32_t y)
 {
     Reader *r = p->r;
     exr_chunk_info_t info = {0};
-    r->stream.why[0] = 0;
+    vol_exr_forget_message();
     exr_result_t code = chunk_info(p, x, y, &info);
     if (code)
         return chunk_damaged(p, x, y, &info, code);
@@ -300,7 +300,7 @@ static VolStatus read_chunk(const PartReader *p, int32_t x, int32_t y, exr_decod
 {
     exr_chunk_info_t info = {0};
     exr_context_t context = p->r->context;
-    p->r->stream.why[0] = 0;
+    vol_exr_forget_message();
     exr_result_t code = chunk_info(p, x, y, &info);
     if (!code)
         code = *ready ? exr_decoding_update(context, p->index, &info, decode)

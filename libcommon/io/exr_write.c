@@ -1,16 +1,19 @@
-/* Image -> EXR bytes.  Scan lines in ascending order, one block of lines after another, so the bytes depend on the image
- * and the compression library alone: nothing is written that the caller did not ask for. */
+/* Image -> EXR bytes.  Scan lines in ascending order, one chunk of lines after another, so the bytes depend on the image
+ * and the compression library alone: nothing is written that the caller did not ask for.  Chunks are compressed over
+ * threads; each waits for its turn to be written. */
 #include <math.h>
+#include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/pool.h"
 #include "io/exr_private.h"
 
 typedef struct Writer {
-    exr_result_t (*compress)(exr_encode_pipeline_t *encode); /* the library's */
     VolExrStream stream;
     exr_context_t context;
     const VolImage *image;
+    int threads;
     uint64_t clamped;
     VolError *err;
 } Writer;
@@ -21,7 +24,7 @@ static VolStatus writer_fail(Writer *w, exr_result_t code, const char *what)
 {
     if (code == EXR_ERR_OUT_OF_MEMORY || vol_exr_out_of_memory())
         return vol_fail(w->err, VOL_NOMEM, "cannot write EXR: out of memory");
-    return vol_fail(w->err, VOL_BAD_INPUT, "cannot write EXR %s: %s", what, vol_exr_why(&w->stream, code));
+    return vol_fail(w->err, VOL_BAD_INPUT, "cannot write EXR %s: %s", what, vol_exr_why(code));
 }
 
 /* ---- Header -------------------------------------------------------------------------------------------------------- */
@@ -162,19 +165,43 @@ static void whole_lines(const float *from, uint32_t *to, size_t n)
         to[i] = !(from[i] > 0) ? 0 : from[i] >= 4294967296.0F ? UINT32_MAX : (uint32_t)from[i];
 }
 
-/* Points the encoder at the lines of one chunk; `scratch` has room for one chunk of every channel. */
-static void feed_chunk(Writer *w, const VolPart *part, exr_encode_pipeline_t *encode, float *scratch)
+/* What one thread encodes with. */
+typedef struct Encoder {
+    exr_encode_pipeline_t pipeline;
+    exr_result_t (*compress)(exr_encode_pipeline_t *pipeline); /* the library's */
+    struct Chunks *chunks;
+    size_t chunk;   /* the one at hand */
+    bool started;
+    float *scratch; /* one chunk of every channel */
+    uint64_t clamped;
+} Encoder;
+
+/* The chunks of one part. */
+typedef struct Chunks {
+    Writer *w;
+    int part;
+    int32_t lines; /* per chunk */
+    Encoder *encoders;
+    pthread_mutex_t lock; /* guards what follows */
+    pthread_cond_t turn;
+    size_t next; /* chunk to be written */
+    bool failed;
+} Chunks;
+
+/* Points the encoder at the lines of one chunk. */
+static void feed_chunk(Encoder *encoder, const VolPart *part)
 {
+    exr_encode_pipeline_t *pipeline = &encoder->pipeline;
     size_t width = vol_box2_width(part->data_window);
-    size_t n = width * (size_t)encode->chunk.height;
-    size_t first = width * (size_t)(encode->chunk.start_y - part->data_window.y0);
-    for (int i = 0; i < encode->channel_count; i++) {
-        exr_coding_channel_info_t *info = &encode->channels[i];
+    size_t n = width * (size_t)pipeline->chunk.height;
+    size_t first = width * (size_t)(pipeline->chunk.start_y - part->data_window.y0);
+    for (int i = 0; i < pipeline->channel_count; i++) {
+        exr_coding_channel_info_t *info = &pipeline->channels[i];
         const VolChannel *channel = vol_part_channel(part, info->channel_name);
         const void *lines = channel->data + first;
-        float *mine = scratch + (size_t)i * n;
+        float *mine = encoder->scratch + (size_t)i * n;
         if (channel->store == VOL_PIXEL_HALF) {
-            clamp_lines(channel->data + first, mine, n, &w->clamped);
+            clamp_lines(channel->data + first, mine, n, &encoder->clamped);
             lines = mine;
         } else if (channel->store == VOL_PIXEL_UINT) {
             whole_lines(channel->data + first, (uint32_t *)(void *)mine, n);
@@ -190,68 +217,143 @@ static void feed_chunk(Writer *w, const VolPart *part, exr_encode_pipeline_t *en
 
 /* A chunk that compression does not shrink has to be stored as it is: readers take one whose size equals that of the bare
  * pixels for uncompressed.  OpenEXRCore 3.1 stores the compressed bytes where both are of equal size. */
-static exr_result_t compress_or_store(exr_encode_pipeline_t *encode)
+static exr_result_t compress_or_store(exr_encode_pipeline_t *pipeline)
 {
-    const Writer *w = encode->encoding_user_data;
-    exr_result_t code = w->compress(encode);
-    if (!code && encode->compressed_bytes >= encode->packed_bytes) {
-        memcpy(encode->compressed_buffer, encode->packed_buffer, encode->packed_bytes);
-        encode->compressed_bytes = encode->packed_bytes;
+    const Encoder *encoder = pipeline->encoding_user_data;
+    exr_result_t code = encoder->compress(pipeline);
+    if (!code && pipeline->compressed_bytes >= pipeline->packed_bytes) {
+        memcpy(pipeline->compressed_buffer, pipeline->packed_buffer, pipeline->packed_bytes);
+        pipeline->compressed_bytes = pipeline->packed_bytes;
     }
     return code;
 }
 
-static exr_result_t write_chunk(Writer *w, int p, int32_t y, exr_encode_pipeline_t *encode, bool first, float *scratch)
+/* Chunks are handed out in ascending order, so that the one whose turn it is never waits. */
+static exr_result_t wait_for_turn(exr_encode_pipeline_t *pipeline)
 {
-    exr_chunk_info_t chunk;
-    exr_result_t code = exr_write_scanline_chunk_info(w->context, p, y, &chunk);
+    const Encoder *encoder = pipeline->encoding_user_data;
+    Chunks *chunks = encoder->chunks;
+    pthread_mutex_lock(&chunks->lock);
+    while (chunks->next != encoder->chunk && !chunks->failed)
+        pthread_cond_wait(&chunks->turn, &chunks->lock);
+    bool mine = chunks->next == encoder->chunk;
+    pthread_mutex_unlock(&chunks->lock);
+    return mine ? EXR_ERR_SUCCESS : EXR_ERR_INCORRECT_CHUNK;
+}
+
+static void end_turn(Chunks *chunks, bool good)
+{
+    pthread_mutex_lock(&chunks->lock);
+    if (good)
+        chunks->next++;
+    else
+        chunks->failed = true;
+    pthread_cond_broadcast(&chunks->turn);
+    pthread_mutex_unlock(&chunks->lock);
+}
+
+static exr_result_t encode_chunk(const Chunks *chunks, Encoder *encoder)
+{
+    Writer *w = chunks->w;
+    const VolPart *part = &w->image->parts[chunks->part];
+    exr_encode_pipeline_t *pipeline = &encoder->pipeline;
+    exr_chunk_info_t info;
+    bool first = !encoder->started;
+    int32_t y = (int32_t)(part->data_window.y0 + (int64_t)encoder->chunk * chunks->lines);
+    exr_result_t code = exr_write_scanline_chunk_info(w->context, chunks->part, y, &info);
     if (!code)
-        code = first ? exr_encoding_initialize(w->context, p, &chunk, encode)
-                     : exr_encoding_update(w->context, p, &chunk, encode);
+        code = first ? exr_encoding_initialize(w->context, chunks->part, &info, pipeline)
+                     : exr_encoding_update(w->context, chunks->part, &info, pipeline);
     if (code)
         return code;
-    feed_chunk(w, &w->image->parts[p], encode, scratch);
-    if (first)
-        code = exr_encoding_choose_default_routines(w->context, p, encode);
-    if (first && !code && encode->compress_fn) {
-        w->compress = encode->compress_fn;
-        encode->compress_fn = compress_or_store;
-        encode->encoding_user_data = w;
+    encoder->started = true;
+    feed_chunk(encoder, part);
+    if (first) {
+        code = exr_encoding_choose_default_routines(w->context, chunks->part, pipeline);
+        pipeline->encoding_user_data = encoder;
+        pipeline->yield_until_ready_fn = wait_for_turn;
+        if (!code && pipeline->compress_fn) {
+            encoder->compress = pipeline->compress_fn;
+            pipeline->compress_fn = compress_or_store;
+        }
     }
-    return code ? code : exr_encoding_run(w->context, p, encode);
+    return code ? code : exr_encoding_run(w->context, chunks->part, pipeline);
+}
+
+static VolStatus write_chunk(void *user, size_t index, int thread, VolError *err)
+{
+    Chunks *chunks = user;
+    Encoder *encoder = &chunks->encoders[thread];
+    encoder->chunk = index;
+    exr_result_t code = encode_chunk(chunks, encoder);
+    end_turn(chunks, code == EXR_ERR_SUCCESS);
+    if (!code)
+        return VOL_OK;
+    if (code == EXR_ERR_OUT_OF_MEMORY || vol_exr_out_of_memory())
+        return vol_fail(err, VOL_NOMEM, "cannot write EXR: out of memory");
+    return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR pixels: %s", vol_exr_why(code));
+}
+
+static VolStatus make_encoders(Chunks *chunks, size_t count, size_t room, VolError *err)
+{
+    static const exr_encode_pipeline_t none = EXR_ENCODE_PIPELINE_INITIALIZER;
+    chunks->encoders = vol_alloc_zero(count, sizeof *chunks->encoders);
+    if (!chunks->encoders)
+        return vol_fail_memory(err, count * sizeof *chunks->encoders);
+    for (size_t t = 0; t < count; t++) {
+        Encoder *encoder = &chunks->encoders[t];
+        encoder->pipeline = none;
+        encoder->chunks = chunks;
+        encoder->scratch = vol_alloc(room, sizeof *encoder->scratch);
+        if (!encoder->scratch)
+            return vol_fail_memory(err, room * sizeof *encoder->scratch);
+    }
+    return VOL_OK;
+}
+
+static void free_encoders(Chunks *chunks, size_t count)
+{
+    Writer *w = chunks->w;
+    for (size_t t = 0; chunks->encoders && t < count; t++) {
+        Encoder *encoder = &chunks->encoders[t];
+        if (encoder->started)
+            exr_encoding_destroy(w->context, &encoder->pipeline);
+        w->clamped += encoder->clamped;
+        free(encoder->scratch);
+    }
+    free(chunks->encoders);
 }
 
 static VolStatus write_pixels(Writer *w, int p)
 {
     const VolPart *part = &w->image->parts[p];
-    int32_t lines;
-    exr_result_t code = exr_get_scanlines_per_chunk(w->context, p, &lines);
+    Chunks chunks = {.w = w, .part = p};
+    exr_result_t code = exr_get_scanlines_per_chunk(w->context, p, &chunks.lines);
     if (code)
         return writer_fail(w, code, "pixels");
-    size_t width = vol_box2_width(part->data_window), room;
-    if (__builtin_mul_overflow(width * (size_t)lines, part->channel_count, &room))
+    size_t lines = (size_t)chunks.lines, width = vol_box2_width(part->data_window), room;
+    size_t count = (vol_box2_height(part->data_window) + lines - 1) / lines;
+    size_t threads = w->threads < 1 ? 1 : (size_t)w->threads < count ? (size_t)w->threads : count;
+    if (__builtin_mul_overflow(width * lines, part->channel_count, &room))
         room = SIZE_MAX;
-    float *scratch = vol_alloc(room, sizeof *scratch);
-    if (!scratch)
-        return vol_fail_memory(w->err, room * sizeof *scratch);
-    exr_encode_pipeline_t encode = EXR_ENCODE_PIPELINE_INITIALIZER;
-    bool first = true;
-    for (int64_t y = part->data_window.y0; y <= part->data_window.y1 && !code; y += lines) {
-        code = write_chunk(w, p, (int32_t)y, &encode, first, scratch);
-        first = false;
-    }
-    exr_encoding_destroy(w->context, &encode);
-    free(scratch);
-    return code ? writer_fail(w, code, "pixels") : VOL_OK;
+    pthread_mutex_init(&chunks.lock, NULL);
+    pthread_cond_init(&chunks.turn, NULL);
+    VolStatus status = make_encoders(&chunks, threads, room, w->err);
+    if (!status)
+        status = vol_parallel((int)threads, count, write_chunk, &chunks, w->err);
+    free_encoders(&chunks, threads);
+    pthread_cond_destroy(&chunks.turn);
+    pthread_mutex_destroy(&chunks.lock);
+    return status;
 }
 
-VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, VolBytes *out, uint64_t *clamped,
-                        VolError *err)
+VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, int threads, VolBytes *out,
+                        uint64_t *clamped, VolError *err)
 {
     *out = (VolBytes){0};
     if (image->part_count == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: no parts");
-    Writer w = {.image = image, .err = err};
+    Writer w = {.image = image, .threads = threads, .err = err};
     exr_context_initializer_t init = vol_exr_initializer(&w.stream);
     exr_result_t code = exr_start_write(&w.context, "memory", EXR_WRITE_FILE_DIRECTLY, &init);
     if (code)

@@ -2,8 +2,8 @@
  *
  * The container (header, file metadata, grid descriptors, one blob of bytes per grid) is read and written in C by
  * vdb_container.c: damage is found before OpenVDB sees a byte, grids that are not needed are never decoded, grids that
- * OpenVDB cannot decode pass through as bytes, and the UUID is a hash of the content.  OpenVDB itself, an adapter loaded
- * on first use, turns one blob into values and values into one blob. */
+ * OpenVDB cannot decode pass through as bytes, and the UUID is a hash of the content.  Values
+ * are unpacked here as well, over threads where asked; OpenVDB itself, an adapter loaded on first use, writes new trees. */
 #ifndef VOL_IO_VDB_H
 #define VOL_IO_VDB_H
 
@@ -102,11 +102,14 @@ typedef struct VolVdbVisitor {
                              VolError *err); /* used instead of leaf_float when not NULL */
     VolStatus (*tile)(void *user, const int32_t origin[3], int32_t size, const double value[3], bool active,
                       VolError *err);
+    /* Where this is given, leaves come twice: in their order here, without values, among the tiles; then, when all has
+     * been seen, with values through leaf_float or leaf_double, from `threads` threads at once and in any order. */
+    VolStatus (*place)(void *user, const int32_t origin[3], VolError *err);
+    int threads;
 } VolVdbVisitor;
 
-/* Decodes grid `index` (delayed loading off, nothing written to /tmp) and walks it in a fixed order (sorted by origin
- * within each node as OpenVDB's iterators give it), freeing each leaf after its visit.  Types that cannot be decoded:
- * VOL_BAD_INPUT with the type's name. */
+/* Unpacks grid `index` and walks it in a fixed order (by origin, x first, within each node), one leaf at a time; pages of
+ * a mapped file are given back as they are consumed.  Types that cannot be unpacked: VOL_BAD_INPUT with the type's name. */
 VolStatus vol_vdb_visit(const VolVdb *vdb, size_t index, const VolVdbVisitor *visitor, void *user, VolError *err);
 
 /* ---- Writing ---- */

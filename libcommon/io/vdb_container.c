@@ -308,13 +308,15 @@ static VolStatus measure_tree(Cursor *cursor, VdbGrid *grid)
         return damaged(cursor, cursor->at, "its type %s is unknown, and a stream does not say where it ends",
                        grid->entry.type);
     VolError why = {""};
-    size_t end = 0;
-    VolStatus status = vol_vdb_walk_tree(cursor->vdb, grid, cursor->end, &grid->buffers, &end, &why);
+    VdbTree tree;
+    VolStatus status = vol_vdb_walk_tree(cursor->vdb, grid, cursor->end, &tree, &why);
     if (status)
         return vol_fail(cursor->err, status, "damaged VDB '%s': grid '%s': %s", cursor->vdb->name, cursor->grid, why.text);
+    vol_vdb_tree_free(&tree);
+    grid->buffers = tree.buffers;
     if (kind->value == VOL_VALUE_POINTS)
         return measure_points(cursor, grid);
-    cursor->at = end;
+    cursor->at = tree.end;
     return VOL_OK;
 }
 

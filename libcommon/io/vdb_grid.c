@@ -1,4 +1,4 @@
-/* Grids of an open VDB: finding one, and visiting its tree through the OpenVDB adapter. */
+/* Grids of an open VDB: what they are, finding one, checking its tree. */
 #include "io/vdb_private.h"
 
 #include <stdio.h>
@@ -84,103 +84,17 @@ VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolEr
     return vol_fail(err, VOL_BAD_INPUT, "cannot choose a grid of '%s': it holds %s", vdb->name, list);
 }
 
-VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VolVdbTreeBytes *out, VolError *err)
+VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, VolError *err)
 {
     const VdbGrid *grid = &vdb->grids[vdb->grids[index].parent];
     const VolVdbEntry *entry = &grid->entry;
-    size_t end = entry->offset + entry->size, buffers = 0, walked = end;
-    VolStatus status = vol_vdb_walk_tree(vdb, grid, end, &buffers, &walked, err);
-    if (!status && (walked != end || buffers != grid->buffers))
+    size_t end = entry->offset + entry->size;
+    VolStatus status = vol_vdb_walk_tree(vdb, grid, end, out, err);
+    if (!status && (out->end != end || out->buffers != grid->buffers))
         status = vol_fail(err, VOL_BAD_INPUT, "byte %zu: the tree ends here, not at byte %zu as the file has it",
-                          walked != end ? walked : buffers, walked != end ? end : grid->buffers);
-    if (status)
-        return vol_fail_within(err, status, "damaged VDB '%s': grid '%s'", vdb->name, entry->name);
-    *out = (VolVdbTreeBytes){vdb->bytes.data + grid->tree, end - grid->tree, entry->type, entry->half, vdb->version,
-                             grid->compression};
-    return VOL_OK;
-}
-
-/* Tells apart a visitor's own failure, whose message stands as it is, from one of decoding. */
-typedef struct Relay {
-    const VolVdbVisitor *visitor;
-    void *user;
-    bool failed;
-} Relay;
-
-static VolStatus relay_status(Relay *relay, VolStatus status)
-{
-    relay->failed = relay->failed || status != VOL_OK;
-    return status;
-}
-
-static VolStatus relay_begin(void *user, const VolVdbGridInfo *info, VolError *err)
-{
-    Relay *relay = user;
-    return relay_status(relay, relay->visitor->begin(relay->user, info, err));
-}
-
-static VolStatus relay_float(void *user, const int32_t origin[3], const float *values, const uint64_t active[8],
-                             VolError *err)
-{
-    Relay *relay = user;
-    return relay_status(relay, relay->visitor->leaf_float(relay->user, origin, values, active, err));
-}
-
-static VolStatus relay_double(void *user, const int32_t origin[3], const double *values, const uint64_t active[8],
-                              VolError *err)
-{
-    Relay *relay = user;
-    return relay_status(relay, relay->visitor->leaf_double(relay->user, origin, values, active, err));
-}
-
-static VolStatus relay_tile(void *user, const int32_t origin[3], int32_t size, const double value[3], bool active,
-                            VolError *err)
-{
-    Relay *relay = user;
-    return relay_status(relay, relay->visitor->tile(relay->user, origin, size, value, active, err));
-}
-
-static bool is_level_set(const VolVdbEntry *entry)
-{
-    const VolVdbMeta *meta = vol_meta_find(&entry->meta, "class");
-    return meta && strcmp(meta->type, "string") == 0 && meta->size == 9 && memcmp(meta->bytes, "level set", 9) == 0;
-}
-
-static VolStatus can_visit(const VolVdb *vdb, const VdbGrid *grid, VolError *err)
-{
-    const VolVdbEntry *entry = &grid->entry;
-    if (!vol_vdb_is_numeric(entry->type))
-        return vol_fail(err, VOL_BAD_INPUT, "cannot read grid '%s' of '%s': its type %s is not one of numbers",
-                        entry->name, vdb->name, entry->type);
-    if (!entry->transform_known || !vdb->grids[grid->parent].tree)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot read grid '%s' of '%s': its transform '%s' is not affine",
-                        entry->name, vdb->name, grid->map);
-    return VOL_OK;
-}
-
-VolStatus vol_vdb_visit(const VolVdb *vdb, size_t index, const VolVdbVisitor *visitor, void *user, VolError *err)
-{
-    const VdbGrid *grid = &vdb->grids[index];
-    const VolVdbAdapter *adapter;
-    VolVdbTreeBytes tree;
-    VolError why = {""};
-    VolStatus status = can_visit(vdb, grid, err);
-    if (!status)
-        status = vol_vdb_checked_tree(vdb, index, &tree, err);
-    if (!status)
-        status = vol_vdb_adapter(&adapter, err);
-    if (status)
-        return status;
-
-    VolVdbGridInfo info = {.value = vol_vdb_value(&grid->entry), .index_to_world = grid->entry.index_to_world,
-                           .level_set = is_level_set(&grid->entry)};
-    Relay relay = {visitor, user, false};
-    VolVdbVisitor relayed = {visitor->begin ? relay_begin : NULL, visitor->leaf_float ? relay_float : NULL,
-                             visitor->leaf_double ? relay_double : NULL, visitor->tile ? relay_tile : NULL};
-    status = adapter->visit(&tree, &info, &relayed, &relay, &why);
+                          out->end != end ? out->end : out->buffers, out->end != end ? end : grid->buffers);
     if (!status)
         return VOL_OK;
-    if (relay.failed || status == VOL_NOMEM)
-        return vol_fail(err, status, "%s", why.text);
-    return vol_fail(err, status, "damaged VDB '%s': grid '%s': %s", vdb->name, grid->entry.name, why.text);
+    vol_vdb_tree_free(out);
+    return vol_fail_within(err, status, "damaged VDB '%s': grid '%s'", vdb->name, entry->name);
 }

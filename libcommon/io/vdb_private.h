@@ -2,6 +2,7 @@
 #ifndef VOL_IO_VDB_PRIVATE_H
 #define VOL_IO_VDB_PRIVATE_H
 
+#include "adapters/blosc.h"
 #include "adapters/vdb_adapter.h"
 #include "io/vdb.h"
 
@@ -53,16 +54,74 @@ typedef struct VdbTreeKind {
 const VdbTreeKind *vol_vdb_tree_kind(const char *type);
 bool vol_vdb_is_numeric(const char *type);
 
+/* How the values of a tree are kept. */
+typedef struct VdbCodec {
+    const VdbTreeKind *kind;
+    uint32_t compression;
+    bool half;          /* reals saved as half */
+    size_t value_size;  /* of one value in memory, all components */
+    size_t stored_size; /* in a block */
+} VdbCodec;
+
+/* How inactive values are stored with a node's values.  BACKGROUND: outside it, nothing else (0); inside it, negated (1). */
+enum {
+    VDB_BACKGROUND = 0,
+    VDB_NEGATED_BACKGROUND = 1,
+    VDB_ONE_INACTIVE_VALUE = 2,
+    VDB_MASK_NO_VALUE = 3,
+    VDB_MASK_ONE_VALUE = 4,
+    VDB_MASK_TWO_VALUES = 5,
+    VDB_ALL_VALUES = 6
+};
+
+enum { VDB_ROOT_CHILD_DIM = 4096, VDB_LEAF_MASK_BYTES = 64, VDB_LEAF_VALUES = 512 };
+enum { VDB_UPPER_LOG2 = 5, VDB_LOWER_LOG2 = 4 }; /* entries per axis of the two inner levels */
+
+typedef struct VdbLeaf {
+    size_t mask;   /* byte of its mask in the topology */
+    size_t values; /* byte behind its mask in the buffers */
+    int32_t origin[3];
+} VdbLeaf;
+
+/* A tree whose every length is known to be right. */
+typedef struct VdbTree {
+    const unsigned char *data; /* of the file */
+    size_t begin, buffers, end;
+    VdbCodec codec;
+    VdbLeaf *leaves; /* in the file's order; allocated */
+    size_t leaf_count;
+    const VolBloscAdapter *blosc; /* NULL where no block is compressed with it, or none is to be unpacked */
+} VdbTree;
+
+uint32_t vol_vdb_load_u32(const unsigned char *p);
+uint64_t vol_vdb_load_u64(const unsigned char *p);
+uint32_t vol_vdb_count_bits(const unsigned char *mask, size_t bytes);
+
+/* How many values the block behind a node's `form` holds. */
+uint32_t vol_vdb_block_count(const VdbCodec *codec, unsigned form, const unsigned char *mask, uint32_t capacity);
+
 /* Walks topology and buffers of a tree that ends at or before `limit`, checking every length against the bytes that are
- * there, all origins and masks; `buffers` and `end` receive where the buffers begin and the tree ends.  Of points the
- * topology only: `end` is `limit`.  Messages begin with the byte. */
-VolStatus vol_vdb_walk_tree(const VolVdb *vdb, const VdbGrid *grid, size_t limit, size_t *buffers, size_t *end,
-                            VolError *err);
+ * there, all origins and masks.  Of points the topology only: the end is `limit`.  Messages begin with the byte. */
+VolStatus vol_vdb_walk_tree(const VolVdb *vdb, const VdbGrid *grid, size_t limit, VdbTree *out, VolError *err);
+void vol_vdb_tree_free(VdbTree *tree);
+
+/* Unpacks the values of a node of `capacity` entries, of which `mask` tells the active ones; *at is the byte where they
+ * begin, and receives where they end.  `background` is one value; `values` has room for all, `scratch` for twice as many.
+ * bool and mask trees: a byte 0 or 1 per value. */
+VolStatus vol_vdb_unpack_values(const VdbTree *tree, size_t *at, const unsigned char *mask, uint32_t capacity,
+                                const void *background, void *values, void *scratch, VolError *err);
+/* Likewise for a leaf. */
+VolStatus vol_vdb_unpack_leaf(const VdbTree *tree, const VdbLeaf *leaf, const void *background, void *values,
+                              void *scratch, VolError *err);
+
+/* `count` unpacked values, all components, as numbers. */
+void vol_vdb_to_floats(const VdbTreeKind *kind, const void *values, size_t count, float *out);
+void vol_vdb_to_doubles(const VdbTreeKind *kind, const void *values, size_t count, double *out);
 
 VolStatus vol_vdb_adapter(const VolVdbAdapter **adapter, VolError *err);
 
 /* The tree of a grid (its parent's, for an instance) after a full check, as far as vol_vdb_walk_tree() goes. */
-VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VolVdbTreeBytes *out, VolError *err);
+VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, VolError *err);
 
 /* A grid that is ready: its blob is compression, metadata, transform, tree. */
 typedef struct VdbItem {

@@ -1,4 +1,4 @@
-/* A walk over the bytes of a tree, before OpenVDB reads them.
+/* A walk over the bytes of a tree, before any value is unpacked.
  *
  * A tree of numbers has four levels: a root (a table), nodes of 32^3 and of 16^3 entries, and leaves of 8^3 voxels.
  * Topology:  int32 1; background; uint32 tiles, children;
@@ -16,18 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { ROOT_CHILD_DIM = 4096, LEAF_MASK_BYTES = 64, LEAF_VALUES = 512 };
-enum { UPPER_LOG2 = 5, LOWER_LOG2 = 4 }; /* entries per axis of the two inner levels */
 enum { BLOSC_OVERHEAD = 16 };
-
-/* How inactive values are stored with a node's values. */
-enum {
-    ONE_INACTIVE_VALUE = 2,
-    MASK_NO_VALUE = 3,
-    MASK_ONE_VALUE = 4,
-    MASK_TWO_VALUES = 5,
-    ALL_VALUES = 6
-};
 
 const VdbTreeKind *vol_vdb_tree_kind(const char *type)
 {
@@ -54,21 +43,10 @@ bool vol_vdb_is_numeric(const char *type)
     return kind && kind->value != VOL_VALUE_POINTS;
 }
 
-typedef struct Leaf {
-    size_t mask; /* byte of its mask in the topology */
-    int32_t origin[3];
-} Leaf;
-
 typedef struct Walk {
-    const unsigned char *data;
+    VdbTree *tree;
     size_t at, limit;
-    uint32_t compression;
-    const VdbTreeKind *kind;
-    size_t value_size;  /* in memory */
-    size_t stored_size; /* in a block */
-    bool half;
-    Leaf *leaves;
-    size_t leaf_count, leaf_capacity;
+    size_t leaf_capacity;
     VolError *err;
 } Walk;
 
@@ -80,42 +58,49 @@ static VolStatus cut(Walk *walk, const char *what)
 
 static VolStatus take(Walk *walk, uint64_t size, const char *what, const unsigned char **out)
 {
-    *out = walk->data + walk->at;
+    *out = walk->tree->data + walk->at;
     if (size > walk->limit - walk->at)
         return cut(walk, what);
     walk->at += (size_t)size;
     return VOL_OK;
 }
 
-static uint32_t load_u32(const unsigned char *p)
+uint32_t vol_vdb_load_u32(const unsigned char *p)
 {
     return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
 }
 
-static uint64_t load_u64(const unsigned char *p) { return load_u32(p) | (uint64_t)load_u32(p + 4) << 32; }
+uint64_t vol_vdb_load_u64(const unsigned char *p) { return vol_vdb_load_u32(p) | (uint64_t)vol_vdb_load_u32(p + 4) << 32; }
 
-static uint32_t count_bits(const unsigned char *mask, size_t bytes)
+uint32_t vol_vdb_count_bits(const unsigned char *mask, size_t bytes)
 {
     uint32_t count = 0;
     for (size_t i = 0; i < bytes; i += 8)
-        count += (uint32_t)__builtin_popcountll(load_u64(mask + i));
+        count += (uint32_t)__builtin_popcountll(vol_vdb_load_u64(mask + i));
     return count;
+}
+
+uint32_t vol_vdb_block_count(const VdbCodec *codec, unsigned form, const unsigned char *mask, uint32_t capacity)
+{
+    bool active_only = (codec->compression & VDB_COMPRESS_ACTIVE_MASK) && form != VDB_ALL_VALUES;
+    return active_only ? vol_vdb_count_bits(mask, capacity / 8) : capacity;
 }
 
 static VolStatus walk_block(Walk *walk, uint64_t count)
 {
     const unsigned char *p;
-    uint64_t bytes = count * walk->stored_size;
-    if (walk->half && count == 0)
+    const VdbCodec *codec = &walk->tree->codec;
+    uint64_t bytes = count * codec->stored_size;
+    if (codec->half && count == 0)
         return VOL_OK;
-    if (!(walk->compression & (VDB_COMPRESS_ZIP | VDB_COMPRESS_BLOSC)))
+    if (!(codec->compression & (VDB_COMPRESS_ZIP | VDB_COMPRESS_BLOSC)))
         return take(walk, bytes, "a block of values", &p);
 
     size_t where = walk->at;
     VolStatus status = take(walk, 8, "the length of a block", &p);
     if (status)
         return status;
-    int64_t length = (int64_t)load_u64(p);
+    int64_t length = (int64_t)vol_vdb_load_u64(p);
     if (length <= 0 ? length != -(int64_t)bytes : (uint64_t)length > bytes + BLOSC_OVERHEAD)
         return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a block of %lld bytes where %llu uncompressed are expected",
                         where, (long long)length, (unsigned long long)bytes);
@@ -123,8 +108,8 @@ static VolStatus walk_block(Walk *walk, uint64_t count)
     if ((status = take(walk, stored, "a block of values", &p)) != VOL_OK)
         return status;
     /* Blosc repeats both lengths in a header of its own, and trusts it. */
-    if (length > 0 && (walk->compression & VDB_COMPRESS_BLOSC) &&
-        (stored < BLOSC_OVERHEAD || load_u32(p + 4) != bytes || load_u32(p + 12) != stored))
+    if (length > 0 && (codec->compression & VDB_COMPRESS_BLOSC) &&
+        (stored < BLOSC_OVERHEAD || vol_vdb_load_u32(p + 4) != bytes || vol_vdb_load_u32(p + 12) != stored))
         return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a compressed block contradicts its length", where);
     return VOL_OK;
 }
@@ -138,34 +123,34 @@ static VolStatus walk_values(Walk *walk, const unsigned char *mask, uint32_t cap
     if (status)
         return status;
     unsigned form = *p;
-    if (form > ALL_VALUES)
+    if (form > VDB_ALL_VALUES)
         return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: unknown form %u of a node's values", where, form);
-    size_t extra = 0;
-    if (form == ONE_INACTIVE_VALUE || form == MASK_ONE_VALUE)
-        extra = walk->value_size;
-    else if (form == MASK_TWO_VALUES)
-        extra = 2 * walk->value_size;
-    if (form == MASK_NO_VALUE || form == MASK_ONE_VALUE || form == MASK_TWO_VALUES)
+    size_t extra = 0, value_size = walk->tree->codec.value_size;
+    if (form == VDB_ONE_INACTIVE_VALUE || form == VDB_MASK_ONE_VALUE)
+        extra = value_size;
+    else if (form == VDB_MASK_TWO_VALUES)
+        extra = 2 * value_size;
+    if (form == VDB_MASK_NO_VALUE || form == VDB_MASK_ONE_VALUE || form == VDB_MASK_TWO_VALUES)
         extra += capacity / 8;
     if ((status = take(walk, extra, "a node", &p)) != VOL_OK)
         return status;
-    bool active_only = (walk->compression & VDB_COMPRESS_ACTIVE_MASK) && form != ALL_VALUES;
-    return walk_block(walk, active_only ? count_bits(mask, capacity / 8) : capacity);
+    return walk_block(walk, vol_vdb_block_count(&walk->tree->codec, form, mask, capacity));
 }
 
 static VolStatus add_leaf(Walk *walk, const int32_t origin[3])
 {
-    if (walk->leaf_count == walk->leaf_capacity) {
+    VdbTree *tree = walk->tree;
+    if (tree->leaf_count == walk->leaf_capacity) {
         size_t capacity = walk->leaf_capacity ? 2 * walk->leaf_capacity : 256;
-        Leaf *grown = vol_resize(walk->leaves, capacity, sizeof *grown);
+        VdbLeaf *grown = vol_resize(tree->leaves, capacity, sizeof *grown);
         if (!grown)
             return vol_fail_memory(walk->err, capacity * sizeof *grown);
-        walk->leaves = grown;
+        tree->leaves = grown;
         walk->leaf_capacity = capacity;
     }
-    walk->leaves[walk->leaf_count++] = (Leaf){walk->at, {origin[0], origin[1], origin[2]}};
+    tree->leaves[tree->leaf_count++] = (VdbLeaf){walk->at, 0, {origin[0], origin[1], origin[2]}};
     const unsigned char *p;
-    return take(walk, LEAF_MASK_BYTES, "a leaf's mask", &p);
+    return take(walk, VDB_LEAF_MASK_BYTES, "a leaf's mask", &p);
 }
 
 /* An inner node whose 2^(3 log2) entries are cubes of `child_dim` voxels. */
@@ -184,7 +169,7 @@ static VolStatus walk_inner(Walk *walk, const int32_t origin[3], int log2, int32
         int32_t child[3] = {origin[0] + (int32_t)(n >> (2 * log2)) * child_dim,
                             origin[1] + (int32_t)(n >> log2 & axis_mask) * child_dim,
                             origin[2] + (int32_t)(n & axis_mask) * child_dim};
-        status = log2 == UPPER_LOG2 ? walk_inner(walk, child, LOWER_LOG2, 8) : add_leaf(walk, child);
+        status = log2 == VDB_UPPER_LOG2 ? walk_inner(walk, child, VDB_LOWER_LOG2, 8) : add_leaf(walk, child);
     }
     return status;
 }
@@ -199,10 +184,10 @@ static VolStatus take_origin(Walk *walk, int32_t origin[3], const int32_t *previ
         return status;
     int order = previous ? 0 : 1;
     for (int k = 0; k < 3; k++) {
-        origin[k] = (int32_t)load_u32(p + 4 * k);
-        if (origin[k] % ROOT_CHILD_DIM != 0)
+        origin[k] = (int32_t)vol_vdb_load_u32(p + 4 * k);
+        if (origin[k] % VDB_ROOT_CHILD_DIM != 0)
             return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: node origin %d is not a multiple of %d", where,
-                            origin[k], ROOT_CHILD_DIM);
+                            origin[k], VDB_ROOT_CHILD_DIM);
         if (order == 0)
             order = (origin[k] > previous[k]) - (origin[k] < previous[k]);
     }
@@ -214,78 +199,93 @@ static VolStatus take_origin(Walk *walk, int32_t origin[3], const int32_t *previ
 static VolStatus walk_topology(Walk *walk)
 {
     const unsigned char *p;
-    size_t where = walk->at;
-    VolStatus status = take(walk, 4 + walk->value_size + 8, "the root of the tree", &p);
+    size_t where = walk->at, value_size = walk->tree->codec.value_size;
+    VolStatus status = take(walk, 4 + value_size + 8, "the root of the tree", &p);
     if (status)
         return status;
-    if (load_u32(p) != 1)
-        return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: %u buffers per tree", where, load_u32(p));
-    uint32_t tiles = load_u32(p + 4 + walk->value_size), children = load_u32(p + 8 + walk->value_size);
+    if (vol_vdb_load_u32(p) != 1)
+        return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: %u buffers per tree", where, vol_vdb_load_u32(p));
+    uint32_t tiles = vol_vdb_load_u32(p + 4 + value_size), children = vol_vdb_load_u32(p + 8 + value_size);
     int32_t origin[2][3] = {{0}};
     for (uint32_t i = 0; i < tiles; i++) {
         if ((status = take_origin(walk, origin[i % 2], i ? origin[(i + 1) % 2] : NULL)) != VOL_OK ||
-            (status = take(walk, walk->value_size + 1, "a tile", &p)) != VOL_OK)
+            (status = take(walk, value_size + 1, "a tile", &p)) != VOL_OK)
             return status;
-        if (p[walk->value_size] > 1)
+        if (p[value_size] > 1)
             return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a tile's state is %u", walk->at - 1,
-                            p[walk->value_size]);
+                            p[value_size]);
     }
     for (uint32_t i = 0; i < children; i++) {
         if ((status = take_origin(walk, origin[i % 2], i ? origin[(i + 1) % 2] : NULL)) != VOL_OK ||
-            (status = walk_inner(walk, origin[i % 2], UPPER_LOG2, 128)) != VOL_OK)
+            (status = walk_inner(walk, origin[i % 2], VDB_UPPER_LOG2, 128)) != VOL_OK)
             return status;
     }
     return VOL_OK;
 }
 
 /* bool: value mask, origin, bits.  mask: bits, origin. */
-static VolStatus walk_bit_leaf(Walk *walk, const Leaf *leaf)
+static VolStatus walk_bit_leaf(Walk *walk, const VdbLeaf *leaf)
 {
     const unsigned char *p;
-    bool is_bool = walk->kind->value == VOL_VALUE_BOOL;
+    bool is_bool = walk->tree->codec.kind->value == VOL_VALUE_BOOL;
     size_t where = walk->at;
-    VolStatus status = take(walk, 12 + (is_bool ? LEAF_MASK_BYTES : 0), "a leaf", &p);
+    VolStatus status = take(walk, 12 + (is_bool ? VDB_LEAF_MASK_BYTES : 0), "a leaf", &p);
     if (status)
         return status;
     for (int k = 0; k < 3; k++)
-        if ((int32_t)load_u32(p + 4 * k) != leaf->origin[k])
+        if ((int32_t)vol_vdb_load_u32(p + 4 * k) != leaf->origin[k])
             return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a leaf's origin contradicts its place", where);
     return VOL_OK;
 }
 
 static VolStatus walk_buffers(Walk *walk)
 {
-    bool bits = walk->kind->value == VOL_VALUE_BOOL || walk->kind->value == VOL_VALUE_MASK;
+    const VdbTree *tree = walk->tree;
+    bool bits = tree->codec.kind->value == VOL_VALUE_BOOL || tree->codec.kind->value == VOL_VALUE_MASK;
     VolStatus status = VOL_OK;
-    for (size_t i = 0; i < walk->leaf_count && !status; i++) {
+    for (size_t i = 0; i < tree->leaf_count && !status; i++) {
+        VdbLeaf *leaf = &tree->leaves[i];
         const unsigned char *mask;
         size_t where = walk->at;
-        if ((status = take(walk, LEAF_MASK_BYTES, "a leaf's mask", &mask)) != VOL_OK)
+        if ((status = take(walk, VDB_LEAF_MASK_BYTES, "a leaf's mask", &mask)) != VOL_OK)
             return status;
-        if (memcmp(mask, walk->data + walk->leaves[i].mask, LEAF_MASK_BYTES) != 0)
+        if (memcmp(mask, tree->data + leaf->mask, VDB_LEAF_MASK_BYTES) != 0)
             return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a leaf's mask differs from the one at byte %zu", where,
-                            walk->leaves[i].mask);
-        status = bits ? walk_bit_leaf(walk, &walk->leaves[i]) : walk_values(walk, mask, LEAF_VALUES);
+                            leaf->mask);
+        leaf->values = walk->at;
+        status = bits ? walk_bit_leaf(walk, leaf) : walk_values(walk, mask, VDB_LEAF_VALUES);
     }
     return status;
 }
 
-VolStatus vol_vdb_walk_tree(const VolVdb *vdb, const VdbGrid *grid, size_t limit, size_t *buffers, size_t *end,
-                            VolError *err)
+static VdbCodec codec_of(const VdbGrid *grid)
 {
     const VdbTreeKind *kind = vol_vdb_tree_kind(grid->entry.type);
-    Walk walk = {.data = vdb->bytes.data, .at = grid->tree, .limit = limit, .compression = grid->compression,
-                 .kind = kind, .err = err};
-    walk.half = grid->entry.half && kind->real;
-    walk.value_size = kind->components * kind->component_size;
-    walk.stored_size = walk.half ? kind->components * 2 : walk.value_size;
+    VdbCodec codec = {.kind = kind, .compression = grid->compression, .half = grid->entry.half && kind->real};
+    codec.value_size = kind->components * kind->component_size;
+    codec.stored_size = codec.half ? kind->components * 2 : codec.value_size;
+    return codec;
+}
+
+VolStatus vol_vdb_walk_tree(const VolVdb *vdb, const VdbGrid *grid, size_t limit, VdbTree *out, VolError *err)
+{
+    *out = (VdbTree){.data = vdb->bytes.data, .begin = grid->tree, .codec = codec_of(grid)};
+    Walk walk = {.tree = out, .at = grid->tree, .limit = limit, .err = err};
     VolStatus status = walk_topology(&walk);
-    *buffers = walk.at;
-    if (!status && kind->value == VOL_VALUE_POINTS)
+    out->buffers = walk.at;
+    if (!status && out->codec.kind->value == VOL_VALUE_POINTS)
         walk.at = limit;
     else if (!status)
         status = walk_buffers(&walk);
-    *end = walk.at;
-    free(walk.leaves);
+    out->end = walk.at;
+    if (status)
+        vol_vdb_tree_free(out);
     return status;
+}
+
+void vol_vdb_tree_free(VdbTree *tree)
+{
+    free(tree->leaves);
+    tree->leaves = NULL;
+    tree->leaf_count = 0;
 }

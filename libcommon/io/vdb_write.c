@@ -141,7 +141,7 @@ VolStatus vol_vdb_pass_grid(VolVdbWriter *writer, const VolVdb *from, size_t ind
     const VdbGrid *grid = &from->grids[index], *parent = &from->grids[grid->parent];
     const VolVdbEntry *entry = &grid->entry;
     bool is_instance = grid->parent != index;
-    VolVdbTreeBytes checked;
+    VdbTree checked = {0};
     VdbItem *item = NULL;
     VolStatus status = VOL_OK;
     if (vol_vdb_value(entry) == VOL_VALUE_POINTS && from->version < VDB_VERSION_POINTS)
@@ -149,6 +149,7 @@ VolStatus vol_vdb_pass_grid(VolVdbWriter *writer, const VolVdb *from, size_t ind
                           from->name, entry->type, from->version);
     if (!status && vol_vdb_tree_kind(entry->type) && parent->tree)
         status = vol_vdb_checked_tree(from, index, &checked, err);
+    vol_vdb_tree_free(&checked);
     if (!status && is_instance && (!parent->tree || !grid->tree))
         status = vol_fail(err, VOL_BAD_INPUT, "cannot carry grid '%s' of '%s': unknown kind of transform '%s'",
                           entry->name, from->name, parent->tree ? grid->map : parent->map);

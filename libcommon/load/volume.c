@@ -6,6 +6,7 @@
 typedef struct Loading {
     const VolVdbEntry *entry;
     bool as_double;
+    int threads;
     VolGridSource source;
     VolGridBuilder *builder;
 } Loading;
@@ -43,8 +44,14 @@ static VolStatus begin(void *user, const VolVdbGridInfo *info, VolError *err)
     loading->source.level_set = info->level_set;
     loading->source.as_double = loading->as_double;
     loading->source.active_voxels = info->active_voxels;
+    loading->source.threads = loading->threads;
     VolStatus status = settle_domain(loading, info, err);
     return status ? status : vol_grid_begin(&loading->source, &loading->builder, err);
+}
+
+static VolStatus place(void *user, const int32_t origin[3], VolError *err)
+{
+    return vol_grid_place(((Loading *)user)->builder, origin, err);
 }
 
 static VolStatus leaf_float(void *user, const int32_t origin[3], const float *values, const uint64_t active[8],
@@ -74,8 +81,8 @@ static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
     return VOL_OK;
 }
 
-VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, const VolLog *log, VolGrid **out,
-                          VolError *err)
+VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
+                          VolGrid **out, VolError *err)
 {
     size_t index;
     *out = NULL;
@@ -85,8 +92,8 @@ VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_do
     const VolVdbEntry *entry = vol_vdb_entry(vdb, index);
     VolVdbValue value = vol_vdb_value(entry);
     bool wide = value == VOL_VALUE_DOUBLE || value == VOL_VALUE_INT32 || value == VOL_VALUE_INT64;
-    Loading loading = {.entry = entry, .as_double = keep_double && wide};
-    VolVdbVisitor visitor = {begin, leaf_float, loading.as_double ? leaf_double : NULL, tile};
+    Loading loading = {.entry = entry, .as_double = keep_double && wide, .threads = threads};
+    VolVdbVisitor visitor = {begin, leaf_float, loading.as_double ? leaf_double : NULL, tile, place, threads};
     status = check_entry(entry, err);
     if (!status)
         status = vol_vdb_visit(vdb, index, &visitor, &loading, err);

@@ -9,8 +9,8 @@
 
 /* `grid_name` NULL: "density", else the only scalar grid.  `keep_double`: values that float cannot hold (double and
  * integer grids) are kept in double.  Not scalar, empty, singular transform: VOL_BAD_INPUT.  Voxels that are NaN or
- * infinite: one warning with their number. */
-VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, const VolLog *log, VolGrid **out,
-                          VolError *err);
+ * infinite: one warning with their number.  What comes out does not depend on `threads`. */
+VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
+                          VolGrid **out, VolError *err);
 
 #endif

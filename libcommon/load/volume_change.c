@@ -39,6 +39,37 @@ static void widen_by_brick(const VolGrid *grid, const VolBrick *brick, const int
             }
 }
 
+/* All of a brick of floats without holes, inside the domain: the same, quicker.  A difference of floats is rounded, to
+ * what is at most half a unit in the last place less. */
+static void widen_by_floats(const float *v, double most[3])
+{
+    enum { SIDE = VOL_BRICK_SIDE };
+    float along_x = 0, along_y = 0, along_z = 0;
+    for (int x = 0; x < SIDE - 1; x++)
+        for (int y = 0; y < SIDE - 1; y++) {
+            const float *row = v + (x * SIDE + y) * SIDE;
+            for (int z = 0; z < SIDE - 1; z++) {
+                float dx = fabsf(row[z + SIDE * SIDE] - row[z]), dy = fabsf(row[z + SIDE] - row[z]);
+                float dz = fabsf(row[z + 1] - row[z]);
+                along_x = dx > along_x ? dx : along_x;
+                along_y = dy > along_y ? dy : along_y;
+                along_z = dz > along_z ? dz : along_z;
+            }
+        }
+    most[0] = fmax(most[0], (double)along_x * (1 + 0x1p-23));
+    most[1] = fmax(most[1], (double)along_y * (1 + 0x1p-23));
+    most[2] = fmax(most[2], (double)along_z * (1 + 0x1p-23));
+}
+
+/* Edges on the far faces are the next bricks' to look at: there must be such bricks in the domain. */
+static bool is_plain(const VolGrid *grid, const VolBrick *brick, const int32_t base[3])
+{
+    bool plain = !grid->is_double && !brick->holes;
+    for (int a = 0; a < 3; a++)
+        plain = plain && base[a] >= grid->cell_min[a] && base[a] + VOL_BRICK_CELLS <= grid->cell_max[a];
+    return plain;
+}
+
 static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[3])
 {
     for (int p = 0; node->bricks && p < VOL_NODE_ENTRIES; p++) {
@@ -46,7 +77,11 @@ static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[
         const int32_t base[3] = {(node->at[0] * VOL_NODE_BRICKS + (p >> 8)) * VOL_BRICK_CELLS,
                                  (node->at[1] * VOL_NODE_BRICKS + (p >> 4 & 15)) * VOL_BRICK_CELLS,
                                  (node->at[2] * VOL_NODE_BRICKS + (p & 15)) * VOL_BRICK_CELLS};
-        if (brick->storage != VOL_NO_STORAGE)
+        if (brick->storage == VOL_NO_STORAGE)
+            continue;
+        if (is_plain(grid, brick, base))
+            widen_by_floats((const float *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE, most);
+        else
             widen_by_brick(grid, brick, base, most);
     }
 }

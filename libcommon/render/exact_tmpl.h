@@ -1,261 +1,374 @@
 /* The exact estimator: cell by cell, no step.
  *
- * Inside a cell the field on the ray is a cubic in s (cell_tmpl.h).  Between two knots of the transfer function extinction
+ * Inside a cell the field on the ray is a cubic in s (cells_tmpl.h).  Between two knots of the transfer function extinction
  * is linear in v, hence a cubic in s whose integral, the optical depth, is known in closed form; a soft surface adds
  * |M(v(s)) - M(v(s_a))| on stretches where v is monotone, M being the prefix integral of its extinction per unit of v.
  * So the ray is cut at the cell's faces, at the knots and (for surfaces and isosurfaces) where v turns, and each piece
  * adds
- *     tau += tau(piece),     color += int q(s) exp(-(tau + tau(s))) ds
+ *     tau += tau(piece),     color += exp(-tau) int q(s) exp(-tau(s)) ds
  * with q = c_scatter mu_scatter + e + c_surface mu_surface |v'(s)|, by Gauss-Legendre on stretches of optical depth at
- * most 1 (8 nodes in float, one vector: 4e-8 rms on white noise with spiky transfer functions,
- * where 4 leave 4e-6; 16 in double).  An isosurface is a factor exp(-mu_k) at its crossing.
- * Optical depth and colour are summed in double; exp(-tau) is taken anew for each node, so that no product of many
- * factors near 1 is ever formed.
+ * most 1 (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).  An
+ * isosurface is a factor exp(-mu_k) at its crossing.  Optical depth and colour are summed in double, and exp(-tau) is
+ * taken anew for each piece, so that no product of many factors near 1 is ever formed.
  *
- * Compiled in four files of a few lines each: float and double, with and without AVX2's fused multiply-add. */
+ * LANES rays go side by side, each from piece to piece of its own cells: all seek a cell with something in it, find where
+ * its next piece ends, integrate that.  (One ray at a time with the nodes side by side takes six times as long.)
+ *
+ * Compiled in four files of a few lines each: float and double, with and without AVX2's fused multiply-add; and once more
+ * for each set of terms that a scene may be without. */
+#include "render/cells_way_tmpl.h"
 #include "render/pieces_tmpl.h"
+
+/* ---- Where the next piece ends ---- */
+
+/* The stretch on which v is monotone ends at the next turning point or the cell's exit; before that, at a knot. */
+static void plan_cuts(Cells *k, ints mask)
+{
+    const real *edges = k->lanes.optics->edges;
+    reals one = reals_all(1);
+    reals sb = reals_select((ints)(k->turn[0] > k->s), k->turn[0],
+                            reals_select((ints)(k->turn[1] > k->s), k->turn[1], one));
+    reals vb = cubic_at(&k->v, sb);
+    ints rising = (ints)(vb > k->va), falling = (ints)(vb < k->va);
+    /* Falling from a knot itself: the interval below. */
+    ints on_edge = mask & falling & (ints)(gather_reals(edges, k->interval) == k->va);
+    k->interval += on_edge;
+    reals target = gather_reals(edges, k->interval - rising);
+    ints crosses = mask & ((rising & (ints)(target < vb)) | (falling & (ints)(target > vb)));
+    reals stop = sb;
+    if (any(crosses))
+        stop = reals_select(crosses, solve_cubic(&k->v, target, k->s, sb, crosses), sb);
+    k->stop = reals_select(mask, stop, k->stop);
+    k->stop_v = reals_select(mask, reals_select(crosses, target, vb), k->stop_v);
+    k->stop_step = ints_select(mask, crosses & (falling - rising), k->stop_step);
+}
+
+/* The first isosurface on the way of lane i from `da` to `db`, if any; equal values in list order, whichever way v goes. */
+static bool next_isosurface(const Optics *o, bool rising, real da, real db, size_t *first, size_t *last)
+{
+    const real *values = o->delta_values;
+    size_t n = o->delta_count, at = 0;
+    while (at < n && (rising ? !(da < values[at]) : da >= values[at]))
+        at++;
+    if (rising ? at == n || !(db >= values[at]) : at == 0 || !(db < values[at - 1]))
+        return false;
+    *first = *last = rising ? at : at - 1;
+    while (*first > 0 && values[*first - 1] == values[*last])
+        --*first;
+    while (*last < n && values[*last] == values[*first])
+        ++*last;
+    return true;
+}
+
+/* As plan_cuts, for one lane in a cell with isosurfaces: knots and isosurfaces are met in the order of v. */
+static void plan_crossings(Cells *k, unsigned i)
+{
+    const Optics *o = k->lanes.optics;
+    real s = k->s[i], sb = k->turn[0][i] > s ? k->turn[0][i] : k->turn[1][i] > s ? k->turn[1][i] : 1;
+    reals ends = k->s;
+    ends[i] = sb;
+    real va = k->va[i], vb = cubic_at(&k->v, ends)[i], da = k->da[i], db = sb < 1 ? vb : k->exit[i];
+    bool rising = vb > va || (vb == va && db > da);
+    if (!rising && vb < va && o->edges[k->interval[i]] == va)
+        k->interval[i]--;
+    lane_int j = k->interval[i];
+    real knot_v = rising ? o->edges[j + 1] : o->edges[j];
+    bool knot = rising ? knot_v < vb : knot_v > vb;
+    bool iso = next_isosurface(o, rising, da, db, &k->event_first[i], &k->event_last[i]);
+    real iso_v = iso ? o->delta_values[k->event_first[i]] : 0;
+    iso = iso && (!knot || (rising ? iso_v <= knot_v : iso_v >= knot_v));
+    if (!iso)
+        k->event_first[i] = k->event_last[i] = 0;
+    k->stop[i] = sb;
+    k->stop_v[i] = vb;
+    k->stop_step[i] = 0;
+    k->da_stop[i] = vb;
+    if (!iso && !knot)
+        return;
+    k->stop[i] = solve_cubic(&k->v, reals_all(iso ? iso_v : knot_v), k->s, ends, mask_of(1u << i))[i];
+    k->stop_v[i] = iso ? va : knot_v;
+    k->stop_step[i] = iso ? 0 : rising ? 1 : -1;
+    k->da_stop[i] = !iso ? da : rising ? iso_v : real_below(iso_v);
+}
+
+ALWAYS_INLINE void plan(Cells *k, unsigned terms)
+{
+    ints wanted = k->in_cell & (ints)(k->s >= k->stop), cut = wanted & k->many;
+    if (terms & TERM_ISO) {
+        FOR_LANES(i, mask_bits(wanted & k->meets_iso))
+            plan_crossings(k, i);
+        cut &= ~k->meets_iso;
+    }
+    if (any(cut))
+        plan_cuts(k, cut);
+    k->stop = reals_select(wanted & ~k->many, reals_all(1), k->stop);
+}
+
+/* ---- Pieces ---- */
+
+static void taus_of(const Cells *k, unsigned i, unsigned terms, double tau[3])
+{
+    for (int c = 0; c < channels_of(terms); c++)
+        tau[c] = doubles_lane(&k->tau[c], (int)i);
+}
+
+/* The depth layer: where the mean transmittance falls to one half within the piece. */
+static void find_depth(Cells *k, const Piece *p, unsigned terms, unsigned i)
+{
+    int channels = channels_of(terms);
+    double lo = 0, hi = 1, start[3], end[3];
+    taus_of(k, i, terms, start);
+    for (int n = -1; n < 48; n++) {
+        double mid = n < 0 ? 1 : 0.5 * (lo + hi);
+        for (int c = 0; c < channels; c++)
+            end[c] = start[c] + (double)depth_to(p, terms, c, reals_all((real)mid))[i];
+        if (mean_transmittance(end, channels) > 0.5) {
+            if (n < 0)
+                return;
+            lo = mid;
+        } else
+            hi = mid;
+    }
+    k->lanes.out[i].depth = k->lanes.span[i].t0 + (double)k->u0[i] +
+                            (double)k->length[i] * ((double)p->sa[i] + (double)p->ds[i] * hi);
+}
+
+static void report(const Cells *k, unsigned i, real sa, real sb, double tau, size_t number, const char *what)
+{
+    reals a = reals_all(sa), b = reals_all(sb);
+    VolTraceStep step = {cell_time(k, i, sa), cell_time(k, i, sb), (double)cubic_at(&k->v, a)[i],
+                         (double)cubic_at(&k->v, b)[i], tau, number, what};
+    k->lanes.scene->trace(k->lanes.scene->trace_user, &step);
+}
+
+/* What only layers and traces ask for. */
+static void note_piece(Cells *k, const Piece *p, const Optic *in, ints mask, unsigned terms)
+{
+    const VolScene *scene = k->lanes.scene;
+    FOR_LANES(i, mask_bits(mask)) {
+        if (scene->layers & VOL_LAYER_Z && isinf(k->lanes.out[i].depth))
+            find_depth(k, p, terms, i);
+        if (scene->trace)
+            report(k, i, p->sa[i], p->sa[i] + p->ds[i], (double)depth_to(p, terms, 0, reals_all(1))[i],
+                   (size_t)k->interval[i], in->has_surface[i] > 0 ? "surface" : "particles");
+    }
+}
+
+/* Lanes through which nothing can be seen any more have ended. */
+ALWAYS_INLINE void end_dark(Cells *k, ints mask, unsigned terms)
+{
+    reals least = reals_all(INFINITY);
+    for (int c = 0; c < channels_of(terms); c++) {
+        k->depth_so_far[c] = doubles_round(&k->tau[c]);
+        least = reals_min(k->depth_so_far[c], least);
+    }
+    ints dark = mask & (ints)(least > k->lanes.tau_stop);
+    if (!any(dark))
+        return;
+    k->lanes.scratch->skipped.rays_ended += (unsigned)__builtin_popcount(mask_bits(dark));
+    k->lanes.alive &= ~dark;
+    k->in_cell &= ~dark;
+}
+
+ALWAYS_INLINE void add_light_of(Cells *k, const Piece *p, const PieceLight *sum, ints mask, unsigned terms)
+{
+    reals zero = reals_all(0), through[3];
+    for (int c = 0; c < channels_of(terms); c++)
+        through[c] = reals_exp(-k->depth_so_far[c]);
+    for (int c = 0; c < 3; c++) {
+        reals T = through[terms & TERM_COLOURED ? c : 0];
+        reals scatter = reals_where(mask, T * (p->length * sum->scatter[c])), all = scatter;
+        reals emit = zero, surface = zero;
+        if (terms & TERM_EMIT)
+            all += emit = reals_where(mask, T * (p->length * sum->emit[c]));
+        if (terms & TERM_SURFACE)
+            all += surface = reals_where(mask, T * sum->surface[c]);
+        doubles_add(&k->color[c], all);
+        if (terms & TERM_EXTRA) {
+            doubles_add(&k->scatter[c], scatter);
+            doubles_add(&k->emit[c], emit);
+            doubles_add(&k->surface[c], surface);
+        }
+        if (terms & TERM_EXTRA && terms & TERM_SHADED)
+            doubles_add(&k->normal[c], reals_where(mask, through[0] * sum->normal[c]));
+    }
+}
+
+/* From s to `stop`, or as far as an optical depth of 1 or the bends of the gradient allow. */
+ALWAYS_INLINE void integrate(Cells *k, unsigned terms)
+{
+    ints mask = k->in_cell & (ints)(k->s < k->stop);
+    ints seen = mask & intervals_visible(k->lanes.optics, k->interval);
+    k->s = reals_select(mask & ~seen, k->stop, k->s);
+    if (!any(seen))
+        return;
+    Optic in;
+    Piece p;
+    PieceLight light;
+    load_optics(k->lanes.optics, k->interval, seen, terms, &in);
+    reals end = k->stop;
+    ints surfaces = seen & (ints)(in.has_surface > 0); /* or what else needs the gradient */
+    if (terms & TERM_CLASSIC)
+        surfaces |= seen & ((ints)(in.scatter[0] != 0) | (ints)(in.scatter[1] != 0));
+    if (terms & TERM_SHADED && any(surfaces)) {
+        take_gradients(k, surfaces);
+        end = reals_select(surfaces, turn_limit(k, k->s, end, surfaces), end);
+    }
+    cut_piece(k, &in, terms, k->s, end, &p);
+    reals tau = depth_of(&p, terms);
+    ints dense = seen & (ints)(tau > 1);
+    while (any(dense)) {
+        /* First by the mean extinction, then by halves: extinction may grow along the way. */
+        reals next = k->s + (end - k->s) * reals_max((real)0.9 / tau, reals_all((real)(1.0 / 64)));
+        dense &= (ints)(next > k->s) & (ints)(next < end);
+        if (!any(dense))
+            break;
+        end = reals_select(dense, next, end);
+        cut_piece(k, &in, terms, k->s, end, &p);
+        tau = depth_of(&p, terms);
+        dense &= (ints)(tau > 1);
+    }
+    const unsigned plain = terms & ~(unsigned)(TERM_SHADED | TERM_CLASSIC | TERM_SURFACE);
+    dense = seen & (ints)(tau > 1);
+    if (plain == terms || !any(surfaces))
+        piece_light(k, &in, &p, dense, plain, &light);
+    else
+        piece_light(k, &in, &p, dense, terms, &light);
+    add_light_of(k, &p, &light, seen, terms);
+    if (terms & TERM_EXTRA)
+        note_piece(k, &p, &in, seen, terms);
+    for (int c = 0; c < channels_of(terms); c++)
+        doubles_add(&k->tau[c], reals_where(seen, depth_to(&p, terms, c, reals_all(1))));
+    k->s = reals_select(seen, end, k->s);
+    end_dark(k, seen, terms);
+}
 
 /* ---- Isosurfaces ---- */
 
-static void cross(RayState *r, Cell *cell, const Delta *delta, real s)
+static void cross(Cells *k, unsigned i, const Delta *delta, const Shading *sh, unsigned terms)
 {
-    VolRadiance *out = r->out;
-    Shading sh;
-    if (r->done)
-        return;
-    if (r->scene->shaded)
-        shade_at(r, cell, s, &sh);
+    VolRadiance *out = &k->lanes.out[i];
+    double tau[3];
+    taus_of(k, i, terms, tau);
     for (int c = 0; c < 3; c++) {
-        real color = delta->color[c];
-        if (r->scene->shaded)
-            color = real_fma(sh.k[c], color, sh.b[c]);
-        double part = vol_exp(-out->tau[c < r->optics->channels ? c : 0]) * delta->opacity * (double)color;
+        real color = terms & TERM_SHADED ? real_fma(sh->k[c][i], delta->color[c], sh->b[c][i]) : delta->color[c];
+        double part = vol_exp(-tau[c < channels_of(terms) ? c : 0]) * delta->opacity * (double)color;
         out->surface[c] += part;
-        out->color[c] += part;
+        doubles_set(&k->color[c], (int)i, doubles_lane(&k->color[c], (int)i) + part);
+        if (terms & TERM_SHADED)
+            out->normal[c] += vol_exp(-tau[0]) * delta->opacity * (double)sh->normal[c][i];
     }
-    if (r->scene->shaded)
-        for (int a = 0; a < 3; a++)
-            out->normal[a] += vol_exp(-out->tau[0]) * delta->opacity * (double)sh.normal[a];
-    for (int c = 0; c < r->optics->channels; c++)
-        out->tau[c] += delta->mu;
-    if (isinf(out->depth) && mean_transmittance(out->tau, r->optics->channels) <= 0.5)
-        out->depth = cell->t0 + (double)(s * cell->length);
-    if (r->scene->trace)
-        report(r, cell, s, s, delta->mu, (size_t)(delta - r->optics->deltas), "isosurface");
-    r->done = r->done || ray_is_dark(r);
+    for (int c = 0; c < channels_of(terms); c++) {
+        tau[c] += delta->mu;
+        doubles_set(&k->tau[c], (int)i, tau[c]);
+    }
+    if (isinf(out->depth) && mean_transmittance(tau, channels_of(terms)) <= 0.5)
+        out->depth = cell_time(k, i, k->s[i]);
+    if (k->lanes.scene->trace)
+        report(k, i, k->s[i], k->s[i], delta->mu, (size_t)(delta - k->lanes.optics->deltas), "isosurface");
 }
 
-/* ---- Cells ---- */
-
-/* A stretch [sa, sb] on which v is monotone, from va to vb.  Knots and isosurfaces are met in the order of v.  The sides
- * from which isosurfaces are judged, da and db, agree with the neighbouring cells' (see trace_cell). */
-static void monotone(RayState *r, Cell *cell, real sa, real sb, real va, real vb, real da, real db)
+static bool lane_is_dark(const Cells *k, unsigned i, unsigned terms)
 {
-    const Optics *optics = r->optics;
-    bool rising = vb > va || (vb == va && db > da);
-    size_t j = rising ? interval_of(optics, va, r->interval) : interval_below(optics, va, r->interval);
-    if (va == vb)
-        j = interval_of(optics, va, r->interval);
-    size_t n = optics->delta_count, k = 0;
-    if (rising) /* first isosurface with da < value */
-        while (k < n && !(da < optics->deltas[k].value))
-            k++;
-    else { /* the group of equal values that is met first: the highest with value <= da */
-        k = n;
-        while (k > 0 && !(da >= optics->deltas[k - 1].value))
-            k--;
+    double tau[3], least = INFINITY;
+    taus_of(k, i, terms, tau);
+    for (int c = 0; c < channels_of(terms); c++)
+        least = fmin(least, tau[c]);
+    return (real)least > k->lanes.tau_stop[i];
+}
+
+static void cross_all(Cells *k, ints mask, unsigned terms)
+{
+    Shading sh;
+    ints crossing = {0};
+    FOR_LANES(n, mask_bits(mask))
+        crossing[n] = k->event_first[n] < k->event_last[n] ? -1 : 0;
+    if (!any(crossing))
+        return;
+    if (terms & TERM_SHADED) {
+        take_gradients(k, crossing);
+        shade_at(k, k->s, &sh);
     }
-    real s = sa;
+    FOR_LANES(i, mask_bits(crossing)) {
+        for (size_t n = k->event_first[i]; n < k->event_last[i] && !lane_is_dark(k, i, terms); n++)
+            cross(k, i, &k->lanes.optics->deltas[n], &sh, terms);
+        k->event_first[i] = k->event_last[i] = 0;
+    }
+    end_dark(k, crossing, terms);
+}
+
+/* Lanes that reached the end of their piece: on to the next, or out of the cell. */
+ALWAYS_INLINE void arrive(Cells *k, unsigned terms)
+{
+    ints there = k->in_cell & (ints)(k->s >= k->stop);
+    if (terms & TERM_ISO && any(there & k->meets_iso)) {
+        cross_all(k, there & k->meets_iso, terms);
+        there &= k->in_cell;
+        k->da = reals_select(there, k->da_stop, k->da);
+    }
+    k->va = reals_select(there, k->stop_v, k->va);
+    k->interval += there & k->stop_step;
+    k->in_cell &= ~(there & (ints)(k->s >= 1));
+}
+
+/* ---- Rays ---- */
+
+ALWAYS_INLINE void trace_lanes(Cells *k, unsigned terms)
+{
     for (;;) {
-        bool knot = false, iso = false;
-        real knot_v = 0, iso_v = 0;
-        if (rising && j < optics->knot_count)
-            knot = (knot_v = optics->knots[j]) < vb;
-        if (!rising && j > 0)
-            knot = (knot_v = optics->knots[j - 1]) > vb;
-        if (rising && k < n)
-            iso = db >= (iso_v = optics->deltas[k].value);
-        if (!rising && k > 0)
-            iso = db < (iso_v = optics->deltas[k - 1].value);
-        if (!knot && !iso)
+        seek(k, terms);
+        if (!any(k->lanes.alive))
             break;
-        bool iso_first = iso && (!knot || (rising ? iso_v <= knot_v : iso_v >= knot_v));
-        real next = solve_cubic(&cell->v, iso_first ? iso_v : knot_v, s, sb);
-        integrate(r, cell, j, s, next);
-        s = next;
-        if (!iso_first) {
-            j += rising ? 1 : (size_t)-1;
-            continue;
+        plan(k, terms);
+        integrate(k, terms);
+        arrive(k, terms);
+    }
+    for (size_t i = 0; i < k->lanes.count; i++) {
+        VolRadiance *out = &k->lanes.out[i];
+        out->cells = (double)k->cells[i];
+        for (int c = 0; c < 3; c++) {
+            out->color[c] += doubles_lane(&k->color[c], (int)i);
+            out->surface[c] += doubles_lane(&k->surface[c], (int)i);
+            out->scatter[c] = doubles_lane(&k->scatter[c], (int)i);
+            out->emit[c] = doubles_lane(&k->emit[c], (int)i);
+            out->normal[c] += doubles_lane(&k->normal[c], (int)i);
+            out->tau[c] = c < k->lanes.optics->channels ? doubles_lane(&k->tau[c], (int)i) : 0;
         }
-        size_t first = k, last = k; /* equal values in list order, whichever way v goes */
-        if (rising) {
-            while (last < n && optics->deltas[last].value == iso_v)
-                last++;
-            k = last;
-        } else {
-            while (first > 0 && optics->deltas[first - 1].value == iso_v)
-                first--;
-            k = first;
-        }
-        for (size_t i = first; i < last; i++)
-            cross(r, cell, &optics->deltas[i], s);
-    }
-    integrate(r, cell, j, s, sb);
-    r->interval = j;
-}
-
-/* Whether an isosurface's value lies between lo and hi (closed). */
-static bool meets_isosurface(const Optics *optics, real lo, real hi)
-{
-    for (size_t k = 0; k < optics->delta_count; k++)
-        if (optics->deltas[k].value >= lo && optics->deltas[k].value <= hi)
-            return true;
-    return false;
-}
-
-/* `fresh` and `exit`: the field at the cell's ends, kept within the corners of the faces they lie on.  Isosurfaces are
- * judged by these: neighbouring cells then agree on each side of a face, and a crossing is counted once, whatever rounding
- * does to the cubics. */
-static void trace_cell(RayState *r, Cell *cell, real fresh, real exit)
-{
-    const Optics *optics = r->optics;
-    const Cubic *v = &cell->v;
-    cubic_range(v, &cell->lo, &cell->hi);
-    real entry = r->carry_t == cell->t0 ? r->carry : fresh;
-    bool isosurfaces = optics->delta_count && meets_isosurface(optics, real_min(cell->lo, real_min(entry, exit)),
-                                                               real_max(cell->hi, real_max(entry, exit)));
-    size_t j = interval_of(optics, cell->lo, r->interval);
-    const Interval *in = &optics->intervals[j];
-    r->interval = j;
-    bool one_interval = cell->hi < in->v1;
-    if (one_interval && !isosurfaces && !in->visible)
-        return;
-    if (one_interval && !isosurfaces && !in->has_surface) {
-        integrate(r, cell, j, 0, 1);
-        return;
-    }
-    real turns[2];
-    int count = turning_points(v, turns);
-    real sa = 0, va = v->a0, da = entry;
-    for (int i = 0; i <= count && !r->done; i++) {
-        bool last = i == count;
-        real sb = last ? 1 : turns[i], vb = cubic_at(v, sb);
-        monotone(r, cell, sa, sb, va, vb, da, last ? exit : vb);
-        sa = sb;
-        va = da = vb;
     }
 }
 
-static bool all_finite(const real c[8])
-{
-    real sum = 0;
-    for (int n = 0; n < 8; n++)
-        sum += c[n] * 0;
-    return sum == 0;
-}
+/* A kernel per set of terms: those that a scene is without cost nothing. */
+enum { TERMS_ALL = TERM_SURFACE | TERM_COLOURED | TERM_EMIT | TERM_ISO | TERM_EXTRA };
+static void trace_particles(Cells *k) { trace_lanes(k, 0); }
+static void trace_emission(Cells *k) { trace_lanes(k, TERM_EMIT | TERM_COLOURED); }
+static void trace_surfaces(Cells *k) { trace_lanes(k, TERM_SURFACE); }
+static void trace_shaded_surfaces(Cells *k) { trace_lanes(k, TERM_SURFACE | TERM_SHADED); }
+static void trace_shaded_isosurfaces(Cells *k) { trace_lanes(k, TERM_ISO | TERM_SHADED); }
+static void trace_unshaded(Cells *k) { trace_lanes(k, TERMS_ALL); }
+static void trace_shaded(Cells *k) { trace_lanes(k, TERMS_ALL | TERM_SHADED); }
+static void trace_classic(Cells *k) { trace_lanes(k, TERMS_ALL | TERM_SHADED | TERM_CLASSIC); }
 
-/* A brick of one value: one stretch, unless shading asks for the neighbours' gradients. */
-static void trace_uniform(RayState *r, const BrickSpan *span, const VolBrick *brick)
+static void trace_exact(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
 {
-    Cell cell = {.v = {(real)brick->uniform, 0, 0, 0}, .t0 = span->t0, .length = (real)(span->t1 - span->t0)};
-    for (int n = 0; n < 8; n++)
-        cell.corners[n] = cell.v.a0;
-    for (int a = 0; a < 3; a++)
-        cell.at[a] = span->origin[a];
-    trace_cell(r, &cell, cell.v.a0, cell.v.a0);
-    r->carry = cell.v.a0;
-    r->carry_t = span->t1;
-}
-
-/* Where the ray reaches the next face across an axis.  The brick's own faces are none: where it leaves the brick, `end`
- * says, and a cell beyond is never entered whatever rounding makes of a slanting ray. */
-static inline real next_face(int32_t at, real e, real d, real inv)
-{
-    if (d == 0 || at == (d > 0 ? VOL_BRICK_CELLS - 1 : 0))
-        return INFINITY;
-    return ((real)(at + (d > 0)) - e) * inv;
-}
-
-static void trace_brick(RayState *r, const BrickSpan *span, const double direction[3])
-{
-    const VolGrid *grid = r->scene->grid;
-    const VolBrick *brick = &grid->bricks[span->brick];
-    bool uniform = brick->storage == VOL_NO_STORAGE;
-    if (uniform && !(r->optics->classic && r->scene->shaded)) {
-        trace_uniform(r, span, brick);
-        return;
+    static const struct {
+        unsigned terms;
+        void (*trace)(Cells *k);
+    } kernels[] = {{0, trace_particles},
+                   {TERM_EMIT | TERM_COLOURED, trace_emission},
+                   {TERM_SURFACE, trace_surfaces},
+                   {TERM_SURFACE | TERM_SHADED, trace_shaded_surfaces},
+                   {TERM_ISO | TERM_SHADED, trace_shaded_isosurfaces},
+                   {TERMS_ALL, trace_unshaded},
+                   {TERMS_ALL | TERM_SHADED, trace_shaded},
+                   {TERMS_ALL | TERM_SHADED | TERM_CLASSIC, trace_classic}};
+    unsigned terms = SCENE_OPTICS(scene)->terms | (scene->layers || scene->trace ? TERM_EXTRA : 0u);
+    const unsigned model = TERM_SHADED | TERM_CLASSIC; /* the others are nothing where a scene has none */
+    int chosen = 0;
+    while (terms & ~kernels[chosen].terms || (terms ^ kernels[chosen].terms) & model)
+        chosen++;
+    for (size_t i = 0; i < count; i += LANES) {
+        Cells k;
+        cells_begin(&k, scene, scratch, rays + i, count - i < LANES ? count - i : LANES, out + i);
+        kernels[chosen].trace(&k);
     }
-    real e[3], d[3], inv[3], next[3];
-    int32_t at[3];
-    real end = (real)(span->t1 - span->t0);
-    for (int a = 0; a < 3; a++) {
-        e[a] = real_clamp((real)span->e[a], 0, VOL_BRICK_CELLS);
-        d[a] = (real)direction[a];
-        inv[a] = d[a] == 0 ? 0 : 1 / d[a];
-        at[a] = (int32_t)(d[a] < 0 ? real_ceil(e[a]) - 1 : real_floor(e[a]));
-        at[a] = at[a] < 0 ? 0 : at[a] > 7 ? 7 : at[a];
-        next[a] = next_face(at[a], e[a], d[a], inv[a]);
-    }
-    real u0 = 0;
-    unsigned entered = 0; /* axes through whose plane this cell was entered */
-    while (!r->done) {
-        real u1 = real_min(real_min(next[0], next[1]), real_min(next[2], end));
-        bool inside = u1 < end;
-        if (u1 > u0) {
-            Cell cell;
-            cell.has_gradients = cell.counted = false;
-            cell.t0 = span->t0 + (double)u0;
-            cell.length = u1 - u0;
-            real exit_point[3];
-            for (int a = 0; a < 3; a++) {
-                real p = real_fma(u0, d[a], e[a] - (real)at[a]);
-                cell.p[a] = entered >> a & 1 ? (d[a] > 0 ? 0 : 1) : real_clamp(p, 0, 1);
-                cell.d[a] = d[a] * cell.length;
-                cell.at[a] = span->origin[a] + at[a];
-                bool at_face = inside ? next[a] <= u1 : span->exit_axes >> a & 1;
-                exit_point[a] = at_face ? (d[a] > 0 ? 1 : 0) : (real)0.5;
-            }
-            if (uniform)
-                for (int n = 0; n < 8; n++)
-                    cell.corners[n] = (real)brick->uniform;
-            else
-                load_corners(grid, brick, at, cell.corners);
-            if (!brick->holes || all_finite(cell.corners)) {
-                cell.v = expand_cell(cell.corners, cell.p, cell.d);
-                real fresh = 0, exit = 0;
-                if (r->optics->delta_count) {
-                    fresh = clamp_to_corners(cell.v.a0, cell.corners, cell.p);
-                    exit = clamp_to_corners(cubic_at(&cell.v, 1), cell.corners, exit_point);
-                }
-                trace_cell(r, &cell, fresh, exit);
-                r->carry = exit;
-                r->carry_t = inside ? span->t0 + (double)u1 : span->t1;
-            }
-        }
-        if (!inside)
-            break;
-        entered = 0;
-        for (int a = 0; a < 3; a++)
-            if (next[a] <= u1) {
-                at[a] += d[a] > 0 ? 1 : -1;
-                next[a] = next_face(at[a], e[a], d[a], inv[a]);
-                entered |= 1u << a;
-            }
-        u0 = u1;
-    }
-}
-
-static void trace_exact(const VolScene *scene, const VolRay *ray, VolRadiance *out)
-{
-    *out = (VolRadiance){.depth = INFINITY};
-    RayState r = {.scene = scene, .optics = SCENE_OPTICS(scene), .ray = ray, .out = out, .carry_t = NAN};
-    r.tau_stop = vol_scene_stop_depth(scene, ray->t1 - ray->t0);
-    r.view[0] = (real)-ray->direction.x;
-    r.view[1] = (real)-ray->direction.y;
-    r.view[2] = (real)-ray->direction.z;
-    Walk walk;
-    BrickSpan span = {0};
-    walk_begin(&walk, scene, ray);
-    while (!r.done && walk_next(&walk, &span))
-        trace_brick(&r, &span, walk.d);
 }

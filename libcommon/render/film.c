@@ -91,31 +91,37 @@ static VolStatus add_channels(const VolFrame *frame, bool half, VolPart *part, V
     return VOL_OK;
 }
 
-static void fill_channels(const VolFrame *frame, const VolPixelValue *pixels, size_t count, VolPart *part)
+static void find_planes(VolPart *part, VolFilm *film)
 {
     const char *names[VOL_FILM_CHANNELS];
     double values[VOL_FILM_CHANNELS];
-    float *planes[VOL_FILM_CHANNELS];
-    size_t channels = vol_film_channels(frame, &pixels[0], names, values);
-    for (size_t c = 0; c < channels; c++)
-        planes[c] = vol_part_channel(part, names[c])->data;
-    for (size_t i = 0; i < count; i++) {
-        vol_film_channels(frame, &pixels[i], names, values);
-        for (size_t c = 0; c < channels; c++)
-            planes[c][i] = (float)values[c];
-    }
+    VolPixelValue none = {0};
+    film->channels = vol_film_channels(film->frame, &none, names, values);
+    for (size_t c = 0; c < film->channels; c++)
+        film->planes[c] = vol_part_channel(part, names[c])->data;
 }
 
-VolStatus vol_film_image(const VolFrame *frame, const VolPixelValue *pixels, int64_t x0, int64_t y0, int64_t width,
-                         int64_t height, bool half, VolImage *out, VolError *err)
+void vol_film_put(void *user, size_t index, const VolPixelValue *pixel)
+{
+    VolFilm *film = user;
+    const char *names[VOL_FILM_CHANNELS];
+    double values[VOL_FILM_CHANNELS];
+    vol_film_channels(film->frame, pixel, names, values);
+    for (size_t c = 0; c < film->channels; c++)
+        film->planes[c][index] = (float)values[c];
+}
+
+VolStatus vol_film_begin(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, bool half,
+                         VolImage *image, VolFilm *film, VolError *err)
 {
     const VolCamera *camera = frame->camera;
     VolBox2 display = {0, 0, (int32_t)(camera->width - 1), (int32_t)(camera->height - 1)};
     VolBox2 data = {(int32_t)x0, (int32_t)y0, (int32_t)(x0 + width - 1), (int32_t)(y0 + height - 1)};
     VolPart *part;
     double world_to_camera[16], world_to_ndc[16];
-    *out = (VolImage){0};
-    VolStatus status = vol_image_add_part(out, NULL, data, display, &part, err);
+    *image = (VolImage){0};
+    *film = (VolFilm){.frame = frame};
+    VolStatus status = vol_image_add_part(image, NULL, data, display, &part, err);
     if (!status)
         status = add_channels(frame, half, part, err);
     vol_camera_matrices(camera, world_to_camera, world_to_ndc);
@@ -124,8 +130,8 @@ VolStatus vol_film_image(const VolFrame *frame, const VolPixelValue *pixels, int
     if (!status)
         status = vol_part_set_numbers(part, "worldToNDC", VOL_ATTR_M44F, world_to_ndc, err);
     if (!status)
-        fill_channels(frame, pixels, (size_t)(width * height), part);
+        find_planes(part, film);
     else
-        vol_image_free(out);
+        vol_image_free(image);
     return status;
 }

@@ -15,9 +15,19 @@ enum { VOL_FILM_CHANNELS = 24 };
 size_t vol_film_channels(const VolFrame *frame, const VolPixelValue *pixel, const char *names[VOL_FILM_CHANNELS],
                          double values[VOL_FILM_CHANNELS]);
 
-/* The image of `width` x `height` pixels at (x0, y0) within the camera's full display window.  Z, A and steps stay float
- * where `half` is asked for. */
-VolStatus vol_film_image(const VolFrame *frame, const VolPixelValue *pixels, int64_t x0, int64_t y0, int64_t width,
-                         int64_t height, bool half, VolImage *out, VolError *err);
+/* An image that is being filled. */
+typedef struct VolFilm {
+    const VolFrame *frame;
+    float *planes[VOL_FILM_CHANNELS];
+    size_t channels;
+} VolFilm;
+
+/* Makes the image of `width` x `height` pixels at (x0, y0) within the camera's full display window.  Z, A and steps stay
+ * float where `half` is asked for. */
+VolStatus vol_film_begin(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, bool half,
+                         VolImage *image, VolFilm *film, VolError *err);
+
+/* Pixel number `index`, row by row; `film` is a VolFilm (a VolPixelPut). */
+void vol_film_put(void *film, size_t index, const VolPixelValue *pixel);
 
 #endif

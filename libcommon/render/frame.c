@@ -8,7 +8,7 @@
 #include "base/mem.h"
 #include "base/pool.h"
 
-enum { TILE = 32 };
+enum { TILE = 16 };
 #define FAR_AWAY 1e10
 
 static void backdrop_at(const VolFrame *frame, int64_t x, int64_t y, double out[3])
@@ -18,47 +18,91 @@ static void backdrop_at(const VolFrame *frame, int64_t x, int64_t y, double out[
         out[c] = picture ? (double)picture[(y * frame->camera->width + x) * 3 + c] : frame->backdrop.color[c];
 }
 
-/* One ray added to the pixel's sums. */
-static void add_ray(const VolFrame *frame, VolTraceRay *kernel, double x, double y, const double behind[3],
-                    VolPixelValue *sum, double *depths, int *deep, VolFrameCounts *counts)
+/* What a ray brought, added to its pixel's sums. */
+static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance *got, const double behind[3],
+                    VolPixelValue *sum, double *depths, int *deep)
 {
-    const VolScene *scene = frame->scene;
-    VolRay ray;
-    VolRadiance got = {.depth = INFINITY};
-    vol_camera_ray(frame->camera, x, y, &ray);
-    counts->rays++;
-    if (vol_ray_clip(scene, &ray))
-        kernel(scene, &ray, &got);
-    else
-        counts->rays_missed++;
-    counts->cells += (uint64_t)got.cells;
+    double through = 1, alpha = 0;
     for (int c = 0; c < 3; c++) {
-        double tau = got.tau[scene->tf->coloured ? c : 0];
-        sum->color[c] += got.color[c] + vol_exp(-tau) * behind[c];
-        sum->alpha[c] += -vol_expm1(-tau);
-        sum->normal[c] += got.normal[c];
-        sum->surface[c] += got.surface[c];
-        sum->scatter[c] += got.scatter[c];
-        sum->emit[c] += got.emit[c];
+        if (frame->scene->tf->coloured || c == 0) {
+            through = got->tau[c] > 0 ? vol_exp(-got->tau[c]) : 1;
+            alpha = got->tau[c] > 0 ? -vol_expm1(-got->tau[c]) : 0;
+        }
+        sum->color[c] += got->color[c] + through * behind[c];
+        sum->alpha[c] += alpha;
+        sum->normal[c] += got->normal[c];
+        sum->surface[c] += got->surface[c];
+        sum->scatter[c] += got->scatter[c];
+        sum->emit[c] += got->emit[c];
     }
-    sum->cells += got.cells;
-    if (isfinite(got.depth)) {
-        *depths += got.depth * vol_dot(ray.direction, frame->camera->forward);
+    sum->cells += got->cells;
+    if (isfinite(got->depth)) {
+        *depths += got->depth * vol_dot(ray->direction, frame->camera->forward);
         ++*deep;
     }
 }
 
-void vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolFrameCounts *counts)
+/* Rays on their way through a kernel together: VOL_PACKET at a time, each for a pixel of its own list's. */
+typedef struct Packet {
+    const VolFrame *frame;
+    VolTraceRays *kernel;
+    VolScratch *scratch;
+    VolFrameCounts *counts;
+    VolRay rays[VOL_PACKET];
+    VolRadiance *results[VOL_PACKET];
+    size_t count;
+} Packet;
+
+static void packet_flush(Packet *p)
 {
-    VolTraceRay *kernel = vol_kernel(frame->scene);
-    int n = frame->samples, deep = 0;
-    double behind[3], depths = 0, weight = 1.0 / ((double)n * n);
-    backdrop_at(frame, x, y, behind);
-    *out = (VolPixelValue){0};
-    for (int j = 0; j < n; j++)
-        for (int i = 0; i < n; i++)
-            add_ray(frame, kernel, (double)x + (i + 0.5) / n, (double)y + (j + 0.5) / n, behind, out, &depths, &deep,
-                    counts);
+    VolRadiance got[VOL_PACKET];
+    if (p->count)
+        p->kernel(p->frame->scene, p->scratch, p->rays, p->count, got);
+    for (size_t i = 0; i < p->count; i++) {
+        *p->results[i] = got[i];
+        p->counts->cells += (uint64_t)got[i].cells;
+    }
+    p->count = 0;
+}
+
+static void packet_add(Packet *p, const VolRay *ray, VolRadiance *result)
+{
+    VolRay clipped = *ray;
+    p->counts->rays++;
+    *result = (VolRadiance){.depth = INFINITY};
+    if (!vol_ray_clip(p->frame->scene, &clipped)) {
+        p->counts->rays_missed++;
+        return;
+    }
+    if (p->frame->scene->estimator != VOL_ESTIMATE_EXACT)
+        p->counts->steps += (uint64_t)ceil((clipped.t1 - clipped.t0) / p->frame->scene->step);
+    p->rays[p->count] = clipped;
+    p->results[p->count++] = result;
+    if (p->count == VOL_PACKET)
+        packet_flush(p);
+}
+
+/* Neighbouring pixels, BLOCK by BLOCK of them at most: their rays, through the kernel, and back into pixels. */
+enum { BLOCK_WIDTH = 4, BLOCK_HEIGHT = 2, BLOCK_PIXELS = BLOCK_WIDTH * BLOCK_HEIGHT };
+
+typedef struct Block {
+    int64_t x[BLOCK_PIXELS], y[BLOCK_PIXELS]; /* of the picture */
+    size_t index[BLOCK_PIXELS];
+    VolPixelValue values[BLOCK_PIXELS];
+    int count;
+} Block;
+
+static void ray_of(const VolFrame *frame, const Block *block, int pixel, int sample, VolRay *ray)
+{
+    int n = frame->samples;
+    vol_camera_ray(frame->camera, (double)block->x[pixel] + (sample % n + 0.5) / n,
+                   (double)block->y[pixel] + (sample / n + 0.5) / n, ray);
+}
+
+static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depths, int deep)
+{
+    int n = frame->samples;
+    double weight = 1.0 / ((double)n * n);
     for (int c = 0; c < 3; c++) {
         out->color[c] *= weight;
         out->alpha[c] *= weight;
@@ -71,11 +115,60 @@ void vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue 
     out->depth = 2 * deep >= n * n ? depths / deep : FAR_AWAY; /* of the samples that are opaque enough, if most are */
 }
 
+/* One sample of every pixel after the other: rays that travel together are neighbours. */
+static void render_block(const VolFrame *frame, VolScratch *scratch, Block *block, VolFrameCounts *counts)
+{
+    Packet packet = {.frame = frame, .kernel = vol_kernel(frame->scene), .scratch = scratch, .counts = counts};
+    double behind[BLOCK_PIXELS][3], depths[BLOCK_PIXELS] = {0};
+    int deep[BLOCK_PIXELS] = {0};
+    for (int p = 0; p < block->count; p++) {
+        backdrop_at(frame, block->x[p], block->y[p], behind[p]);
+        block->values[p] = (VolPixelValue){0};
+    }
+    for (int sample = 0; sample < frame->samples * frame->samples; sample++) {
+        VolRadiance results[BLOCK_PIXELS];
+        VolRay rays[BLOCK_PIXELS];
+        for (int p = 0; p < block->count; p++) {
+            ray_of(frame, block, p, sample, &rays[p]);
+            packet_add(&packet, &rays[p], &results[p]);
+        }
+        packet_flush(&packet);
+        for (int p = 0; p < block->count; p++)
+            add_ray(frame, &rays[p], &results[p], behind[p], &block->values[p], &depths[p], &deep[p]);
+    }
+    for (int p = 0; p < block->count; p++)
+        finish_pixel(frame, &block->values[p], depths[p], deep[p]);
+}
+
+static void add_skipped(VolSkipped *sum, const VolSkipped *some)
+{
+    sum->bricks_entered += some->bricks_entered;
+    sum->blocks += some->blocks;
+    sum->cells_met += some->cells_met;
+    sum->rays_ended += some->rays_ended;
+}
+
+VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolError *err)
+{
+    VolScratch scratch;
+    VolFrameCounts counts = {0};
+    VolStatus status = vol_scratch_new(frame->scene, &scratch, err);
+    if (status)
+        return status;
+    Block block = {.x = {x}, .y = {y}, .count = 1};
+    render_block(frame, &scratch, &block, &counts);
+    *out = block.values[0];
+    vol_scratch_free(&scratch);
+    return VOL_OK;
+}
+
 typedef struct Job {
     const VolFrame *frame;
     int64_t x0, y0, width, height, tiles_across;
-    VolPixelValue *out;
+    VolPixelPut *put;
+    void *put_user;
     VolFrameCounts *counts;
+    VolScratch *scratch; /* one per thread */
     void (*progress)(void *, double);
     void *user;
     pthread_mutex_t lock;
@@ -88,15 +181,27 @@ static VolStatus render_tile(void *user, size_t index, int thread, VolError *err
     VolFrameCounts counts = {0};
     int64_t tx = (int64_t)index % job->tiles_across * TILE, ty = (int64_t)index / job->tiles_across * TILE;
     int64_t x1 = tx + TILE < job->width ? tx + TILE : job->width, y1 = ty + TILE < job->height ? ty + TILE : job->height;
-    (void)thread;
     (void)err;
-    for (int64_t y = ty; y < y1; y++)
-        for (int64_t x = tx; x < x1; x++)
-            vol_frame_pixel(job->frame, job->x0 + x, job->y0 + y, &job->out[y * job->width + x], &counts);
+    for (int64_t y = ty; y < y1; y += BLOCK_HEIGHT)
+        for (int64_t x = tx; x < x1; x += BLOCK_WIDTH) {
+            Block block = {.count = 0};
+            for (int n = 0; n < BLOCK_PIXELS; n++) {
+                int64_t px = x + n % BLOCK_WIDTH, py = y + n / BLOCK_WIDTH;
+                if (px >= x1 || py >= y1)
+                    continue;
+                block.x[block.count] = job->x0 + px;
+                block.y[block.count] = job->y0 + py;
+                block.index[block.count++] = (size_t)(py * job->width + px);
+            }
+            render_block(job->frame, &job->scratch[thread], &block, &counts);
+            for (int n = 0; n < block.count; n++)
+                job->put(job->put_user, block.index[n], &block.values[n]);
+        }
     pthread_mutex_lock(&job->lock);
     job->counts->rays += counts.rays;
     job->counts->rays_missed += counts.rays_missed;
     job->counts->cells += counts.cells;
+    job->counts->steps += counts.steps;
     job->tiles_done++;
     if (job->progress)
         job->progress(job->user, (double)job->tiles_done / (double)job->tiles);
@@ -105,15 +210,26 @@ static VolStatus render_tile(void *user, size_t index, int thread, VolError *err
 }
 
 VolStatus vol_frame_render(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, int threads,
-                           void (*progress)(void *user, double fraction), void *user, VolPixelValue *out,
+                           void (*progress)(void *user, double fraction), void *user, VolPixelPut *put, void *put_user,
                            VolFrameCounts *counts, VolError *err)
 {
-    Job job = {.frame = frame, .x0 = x0, .y0 = y0, .width = width, .height = height, .out = out, .counts = counts,
+    Job job = {.frame = frame, .x0 = x0, .y0 = y0, .width = width, .height = height, .put = put,
+               .put_user = put_user, .counts = counts,
                .tiles_across = (width + TILE - 1) / TILE, .progress = progress, .user = user};
     job.tiles = (size_t)(job.tiles_across * ((height + TILE - 1) / TILE));
     *counts = (VolFrameCounts){0};
+    job.scratch = vol_alloc_zero((size_t)threads, sizeof *job.scratch);
+    VolStatus status = job.scratch ? VOL_OK : vol_fail_memory(err, (size_t)threads * sizeof *job.scratch);
+    for (int i = 0; i < threads && !status; i++)
+        status = vol_scratch_new(frame->scene, &job.scratch[i], err);
     pthread_mutex_init(&job.lock, NULL);
-    VolStatus status = vol_parallel(threads, job.tiles, render_tile, &job, err);
+    if (!status)
+        status = vol_parallel(threads, job.tiles, render_tile, &job, err);
     pthread_mutex_destroy(&job.lock);
+    for (int i = 0; i < threads && job.scratch; i++) {
+        add_skipped(&counts->skipped, &job.scratch[i].skipped);
+        vol_scratch_free(&job.scratch[i]);
+    }
+    free(job.scratch);
     return status;
 }

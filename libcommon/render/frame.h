@@ -32,15 +32,20 @@ typedef struct VolFrame {
 
 typedef struct VolFrameCounts {
     uint64_t rays, rays_missed, cells;
+    uint64_t steps; /* of the estimators that march: from where the rays enter to where they leave */
+    VolSkipped skipped;
 } VolFrameCounts;
 
 /* One pixel of the picture, whatever part of it is being made. */
-void vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolFrameCounts *counts);
+VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolError *err);
 
-/* Pixels x0 <= x < x0 + width, likewise y, row by row into `out` (width x height), spread over threads by tiles.
- * `progress` (may be NULL) is called under a lock with 0..1. */
+/* Where finished pixels go: number `index` (row by row) of those being made.  Called by all threads, once per pixel. */
+typedef void VolPixelPut(void *user, size_t index, const VolPixelValue *pixel);
+
+/* Pixels x0 <= x < x0 + width, likewise y, spread over threads by tiles.  `progress` (may be NULL) is called under a lock
+ * with 0..1. */
 VolStatus vol_frame_render(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, int threads,
-                           void (*progress)(void *user, double fraction), void *user, VolPixelValue *out,
+                           void (*progress)(void *user, double fraction), void *user, VolPixelPut *put, void *put_user,
                            VolFrameCounts *counts, VolError *err);
 
 #endif

@@ -1,34 +1,64 @@
 /* From the compiled transfer function to the kernel's tables; once for float, once for double. */
+#include "render/lookup_build_tmpl.h"
 #include "render/optics_tmpl.h"
 
-static Line line_of(VolLinear from) { return (Line){(real)from.a, (real)from.b}; }
+/* About the place `shift` beyond the line's own: that of the interval, rounded. */
+static Line line_of(VolLinear from, double shift) { return (Line){(real)(from.a + from.b * shift), (real)from.b}; }
 
 static Interval interval_from(const VolTfInterval *from)
 {
-    Interval in = {.v0 = (real)from->v0, .v1 = (real)from->v1, .ref = (real)from->v_ref,
-                   .scatter = line_of(from->scatter), .surface = line_of(from->surface),
-                   .surfaceness = line_of(from->surfaceness)};
+    real ref = real_at_or_above(from->v_ref);
+    double shift = -real_rest(from->v_ref, ref);
+    Interval in = {.ref = ref,
+                   .has_surface = from->has_surface,
+                   .scatter = line_of(from->scatter, shift),
+                   .surface = line_of(from->surface, shift),
+                   .surfaceness = line_of(from->surfaceness, shift)};
     for (int c = 0; c < 3; c++) {
         VolLinear sum = {from->scatter.a + from->absorb[c].a, from->scatter.b + from->absorb[c].b};
-        in.extinction[c] = line_of(sum);
-        in.scatter_color[c] = line_of(from->scatter_color[c]);
-        in.emit[c] = line_of(from->emit[c]);
-        in.surface_color[c] = line_of(from->surface_color[c]);
+        *(c == 0 ? &in.extinction : &in.extinction_rest[c - 1]) = line_of(sum, shift);
+        in.scatter_color[c] = line_of(from->scatter_color[c], shift);
+        in.emit[c] = line_of(from->emit[c], shift);
+        in.surface_color[c] = line_of(from->surface_color[c], shift);
     }
-    in.has_scatter = from->has_scatter;
-    in.has_extinction = from->has_scatter || from->has_absorb;
-    in.has_emit = from->has_emit;
-    in.has_surface = from->has_surface;
-    in.visible = in.has_extinction || in.has_emit || in.has_surface;
     return in;
 }
 
 static void free_optics(Optics *o)
 {
-    free(o->knots);
+    free(o->edges);
     free(o->intervals);
+    free(o->next_visible);
+    free(o->buckets);
     free(o->deltas);
+    free(o->delta_values);
     free(o->falling);
+    free_lookup(o);
+}
+
+/* Buckets of equal width from the first knot to the last.  A bucket tells the knots below the one before it, so that
+ * rounding of the bucket's number never leads too far. */
+static void fill_buckets(Optics *o)
+{
+    const real *knots = o->edges + 1;
+    size_t n = o->knot_count, k = 0;
+    real width = n > 1 ? knots[n - 1] - knots[0] : 0;
+    o->bucket_lo = n ? knots[0] : 0;
+    o->bucket_scale = width > 0 && isfinite(OPTICS_BUCKETS / width) ? OPTICS_BUCKETS / width : 0;
+    for (int b = 0; b < OPTICS_BUCKETS; b++) {
+        real edge = o->bucket_lo + (real)(b - 1) / OPTICS_BUCKETS * width;
+        while (b > 1 && o->bucket_scale > 0 && k < n && knots[k] < edge)
+            k++;
+        o->buckets[b] = (int32_t)k;
+    }
+}
+
+static unsigned terms_of(const VolTfCompiled *tf)
+{
+    bool shaded = tf->model == VOL_MODEL_HYBRID && (tf->has_surface || tf->delta_count);
+    bool classic = tf->model == VOL_MODEL_CLASSIC && tf->has_scatter;
+    return (tf->has_surface ? TERM_SURFACE : 0u) | (tf->coloured ? TERM_COLOURED : 0u) | (tf->has_emit ? TERM_EMIT : 0u) |
+           (tf->delta_count ? TERM_ISO : 0u) | (shaded || classic ? TERM_SHADED : 0u) | (classic ? TERM_CLASSIC : 0u);
 }
 
 static void order_falling(Optics *o)
@@ -44,12 +74,14 @@ static void order_falling(Optics *o)
     }
 }
 
-static VolStatus build_optics(const VolTfCompiled *tf, Optics *o, VolError *err)
+static VolStatus build_optics(const VolScene *scene, Optics *o, VolError *err)
 {
+    const VolTfCompiled *tf = scene->tf;
+    size_t intervals = tf->knot_count + 1;
     *o = (Optics){.knot_count = tf->knot_count,
                   .delta_count = tf->delta_count,
+                  .terms = terms_of(tf),
                   .channels = tf->coloured ? 3 : 1,
-                  .emission = tf->has_emit,
                   .classic = tf->model == VOL_MODEL_CLASSIC,
                   .ambient = (real)tf->ambient,
                   .diffuse = (real)tf->diffuse,
@@ -58,22 +90,37 @@ static VolStatus build_optics(const VolTfCompiled *tf, Optics *o, VolError *err)
                   .gradient_surfaceness = tf->surfaceness_by_gradient,
                   .g0 = (real)tf->surfaceness_gradient[0],
                   .g1 = (real)tf->surfaceness_gradient[1]};
-    o->knots = vol_alloc(tf->knot_count, sizeof *o->knots);
-    o->intervals = vol_alloc(tf->knot_count + 1, sizeof *o->intervals);
+    o->edges = vol_alloc(intervals + 1, sizeof *o->edges);
+    o->intervals = vol_alloc(intervals, sizeof *o->intervals);
+    o->next_visible = vol_alloc(intervals + 1, sizeof *o->next_visible);
+    o->buckets = vol_alloc(OPTICS_BUCKETS, sizeof *o->buckets);
     o->deltas = vol_alloc(tf->delta_count, sizeof *o->deltas);
+    o->delta_values = vol_alloc(tf->delta_count, sizeof *o->delta_values);
     o->falling = vol_alloc(tf->delta_count, sizeof *o->falling);
-    if (!o->knots || !o->intervals || !o->deltas || !o->falling) {
+    if (!o->edges || !o->intervals || !o->next_visible || !o->buckets || !o->deltas || !o->delta_values || !o->falling) {
         free_optics(o);
-        return vol_fail_memory(err, (tf->knot_count + 1) * sizeof *o->intervals);
+        return vol_fail_memory(err, intervals * sizeof *o->intervals);
     }
+    o->edges[0] = -INFINITY;
+    o->edges[intervals] = INFINITY;
+    o->next_visible[intervals] = (int32_t)intervals;
     for (size_t i = 0; i < tf->knot_count; i++)
-        o->knots[i] = (real)tf->knots[i];
-    for (size_t i = 0; i <= tf->knot_count; i++)
-        o->intervals[i] = interval_from(&tf->intervals[i]);
+        o->edges[i + 1] = real_at_or_above(tf->knots[i]);
+    for (size_t i = intervals; i-- > 0;) {
+        const VolTfInterval *in = &tf->intervals[i];
+        bool visible = in->has_scatter || in->has_absorb || in->has_emit || in->has_surface;
+        o->intervals[i] = interval_from(in);
+        o->next_visible[i] = visible ? (int32_t)i : o->next_visible[i + 1];
+    }
+    fill_buckets(o);
     for (size_t i = 0; i < tf->delta_count; i++) {
         const VolTfDelta *d = &tf->deltas[i];
         o->deltas[i] = (Delta){(real)d->value, {(real)d->color[0], (real)d->color[1], (real)d->color[2]}, d->mu, d->opacity};
+        o->delta_values[i] = o->deltas[i].value;
     }
     order_falling(o);
-    return VOL_OK;
+    VolStatus status = build_lookup(scene, o, err);
+    if (status)
+        free_optics(o);
+    return status;
 }

@@ -5,12 +5,12 @@
 
 #include "render/optics_build_tmpl.h"
 
-VolStatus vol_optics_f64_new(const VolTfCompiled *tf, VolOpticsF64 **out, VolError *err)
+VolStatus vol_optics_f64_new(const VolScene *scene, VolOpticsF64 **out, VolError *err)
 {
     *out = vol_alloc_zero(1, sizeof **out);
     if (!*out)
         return vol_fail_memory(err, sizeof **out);
-    VolStatus status = build_optics(tf, &(*out)->o, err);
+    VolStatus status = build_optics(scene, &(*out)->o, err);
     if (status) {
         free(*out);
         *out = NULL;

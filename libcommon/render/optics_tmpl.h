@@ -1,10 +1,12 @@
-/* The compiled transfer function in the kernel's precision.  Include real.h first. */
+/* The compiled transfer function in the kernel's precision, laid out for loads by several rays at once.
+ * Include real.h or reals.h first. */
 #ifndef VOL_RENDER_OPTICS_TMPL_H
 #define VOL_RENDER_OPTICS_TMPL_H
 
 #include <stdlib.h>
 
 #include "base/mem.h"
+#include "render/real.h"
 #include "render/scene.h"
 
 /* value(v) = a + b x, x = v - ref */
@@ -12,15 +14,20 @@ typedef struct Line {
     real a, b;
 } Line;
 
+/* One interval between knots; what a kernel needs together stands in groups of four numbers. */
 typedef struct Interval {
-    real v0, v1, ref;
-    Line extinction[3];    /* scatter + absorb, per channel */
+    real ref;
+    Line extinction;                 /* scatter + absorb, of the first channel */
+    real has_surface;                /* 1 or 0 */
     Line scatter, scatter_color[3];
     Line emit[3];
-    Line surface, surface_color[3];
     Line surfaceness;
-    bool has_extinction, has_scatter, has_emit, has_surface, visible;
+    Line surface, surface_color[3];
+    Line extinction_rest[2];         /* of the other channels */
 } Interval;
+
+enum { INTERVAL_REALS = 32, AT_PARTICLES = 0, AT_SCATTER = 4, AT_EMIT = 12, AT_SURFACE = 20, AT_REST = 28 };
+_Static_assert(sizeof(Interval) == INTERVAL_REALS * sizeof(real), "an interval is an array of reals");
 
 typedef struct Delta {
     real value;
@@ -28,19 +35,69 @@ typedef struct Delta {
     double mu, opacity;
 } Delta;
 
+/* What a scene may be without, each an own kernel's saving. */
+enum {
+    TERM_SURFACE = 1,  /* soft surfaces */
+    TERM_COLOURED = 2, /* extinction differs by channel */
+    TERM_EMIT = 4,
+    TERM_SHADED = 8,   /* soft surfaces and isosurfaces are shaded */
+    TERM_CLASSIC = 16, /* K 11 shades what scatters */
+    TERM_ISO = 32,     /* isosurfaces */
+    TERM_EXTRA = 64    /* layers beside RGBA, or a trace */
+};
+
+enum { OPTICS_BUCKETS = 1024, OPTICS_FEW = 12 };
+
+/* A knot, and extinction on both sides of it: what a segment needs that runs over it. */
+typedef struct Knot {
+    real v, v_rest; /* v + v_rest is the knot to twice the precision */
+    real extinction[2], surface[2]; /* below, above */
+    real unused[2];
+} Knot;
+
+enum { KNOT_REALS = sizeof(Knot) / sizeof(real) };
+
+/* Where there are so few intervals, their numbers stand side by side too: a register holds them. */
+enum { OPTICS_REGISTER = 8 };
+
+typedef struct FewIntervals {
+    real ref[OPTICS_REGISTER], extinction[2][OPTICS_REGISTER], surface[2][OPTICS_REGISTER];
+    int32_t next_visible[OPTICS_REGISTER];
+} FewIntervals;
+
+/* Tables over (v0, v1) for the scene's own step, v0 = node i + x, v1 = node j + y: see lookup_tmpl.h. */
+typedef struct Lookup {
+    real *entries;             /* NULL: everything is looked up in VolPreint */
+    int32_t parts, stride;     /* groups of four in an entry; entries in a diagonal */
+    int32_t nodes, band;       /* diagonals -band ... band */
+    int32_t *reach;            /* per bin: the last diagonal that it is good for; -1: none.  NULL: band - 1 for all */
+    real lo, hi;               /* what the nodes cover */
+    real scale, scale_rest;    /* v -> place among the nodes: v (scale + scale_rest) + offset + offset_rest + offset_low, */
+    real offset, offset_rest, offset_low; /* `offset` a whole number */
+} Lookup;
+
 typedef struct Optics {
-    real *knots;
+    real *edges;       /* knot_count + 2: -infinity, the knots, infinity; interval j lies from edges[j] to edges[j + 1] */
     size_t knot_count;
-    Interval *intervals; /* knot_count + 1 */
+    Interval *intervals;   /* knot_count + 1 */
+    int32_t *next_visible; /* per interval: the first at or above it that is something; knot_count + 1: none */
+    int32_t *buckets;      /* knots below the bucket's lower edge, at most: where a search may begin */
+    real bucket_lo, bucket_scale;
     Delta *deltas;   /* ascending by value, equal values in list order */
+    real *delta_values;
     size_t *falling; /* their numbers descending by value, equal values in list order */
     size_t delta_count;
+    unsigned terms;
     int channels; /* 1: extinction is grey, 3: coloured */
-    bool emission, classic;
+    bool classic;
     real ambient, diffuse, specular;
     double shininess;
     bool gradient_surfaceness;
     real g0, g1;
+    Knot *knots;                    /* NULL but for the pre-integrated estimators, as are: */
+    const VolTfIntegral *at_knot;   /* from the first knot to each */
+    FewIntervals few;
+    Lookup lookup;
 } Optics;
 
 #ifdef VOL_DOUBLE
@@ -56,17 +113,15 @@ struct VolOpticsF32 {
 #endif
 
 static inline real line_at(Line line, real x) { return real_fma(line.b, x, line.a); }
+static inline bool interval_visible(const Optics *o, size_t j) { return o->next_visible[j] == (int32_t)j; }
 
-/* Number of knots <= v: the interval that holds v.  `guess` is tried first. */
-static inline size_t interval_of(const Optics *optics, real v, size_t guess)
+/* Number of knots <= v: the interval that holds v. */
+static inline size_t interval_of(const Optics *optics, real v)
 {
-    const Interval *in = &optics->intervals[guess];
-    if (v >= in->v0 && v < in->v1)
-        return guess;
     size_t lo = 0, hi = optics->knot_count;
     while (lo < hi) {
         size_t mid = (lo + hi) / 2;
-        if (optics->knots[mid] <= v)
+        if (optics->edges[mid + 1] <= v)
             lo = mid + 1;
         else
             hi = mid;
@@ -75,10 +130,10 @@ static inline size_t interval_of(const Optics *optics, real v, size_t guess)
 }
 
 /* Number of knots < v: the interval below v, for a value that falls. */
-static inline size_t interval_below(const Optics *optics, real v, size_t guess)
+static inline size_t interval_below(const Optics *optics, real v)
 {
-    size_t j = interval_of(optics, v, guess);
-    return j > 0 && optics->knots[j - 1] == v ? j - 1 : j;
+    size_t j = interval_of(optics, v);
+    return j > 0 && optics->edges[j] == v ? j - 1 : j;
 }
 
 #endif

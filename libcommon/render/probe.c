@@ -38,17 +38,18 @@ static VolStatus place_of(const VolFrame *frame, const char *text, int64_t at[2]
     return VOL_OK;
 }
 
-static json_t *pixel_json(VolFrame *frame, const int64_t at[2], bool trace)
+static VolStatus add_pixel(VolFrame *frame, const int64_t at[2], bool trace, json_t *pixels, VolError *err)
 {
     VolPixelValue pixel;
-    VolFrameCounts counts = {0};
     VolScene traced = *frame->scene;
     VolFrame view = *frame;
     json_t *steps = json_array(), *channels = json_object(), *entry = json_object();
     traced.trace = trace ? add_step : NULL;
     traced.trace_user = steps;
     view.scene = &traced;
-    vol_frame_pixel(&view, at[0], at[1], &pixel, &counts);
+    VolStatus status = vol_frame_pixel(&view, at[0], at[1], &pixel, err);
+    if (status)
+        pixel = (VolPixelValue){0};
     const char *names[VOL_FILM_CHANNELS];
     double values[VOL_FILM_CHANNELS];
     size_t count = vol_film_channels(frame, &pixel, names, values);
@@ -60,7 +61,8 @@ static json_t *pixel_json(VolFrame *frame, const int64_t at[2], bool trace)
     if (trace)
         json_object_set(entry, "trace", steps);
     json_decref(steps);
-    return entry;
+    json_array_append_new(pixels, entry);
+    return status;
 }
 
 VolStatus vol_probe_json(VolFrame *frame, const char *const *places, size_t count, bool trace, VolBytes *out,
@@ -74,7 +76,7 @@ VolStatus vol_probe_json(VolFrame *frame, const char *const *places, size_t coun
         int64_t at[2];
         status = place_of(frame, places[i], at, err);
         if (!status)
-            json_array_append_new(pixels, pixel_json(frame, at, trace));
+            status = add_pixel(frame, at, trace, pixels, err);
     }
     char *text = status ? NULL : json_dumps(root, JSON_INDENT(1) | JSON_REAL_PRECISION(17));
     json_decref(pixels);

@@ -14,6 +14,7 @@
 
 typedef double real;
 #define REAL_EPSILON 0x1p-52
+#define REAL_SMALLEST 0x1p-1074
 
 static inline real real_fma(real a, real b, real c) { return __builtin_fma(a, b, c); }
 static inline real real_sqrt(real a) { return __builtin_sqrt(a); }
@@ -46,6 +47,7 @@ static inline real real_exp(real x)
 
 typedef float real;
 #define REAL_EPSILON 0x1p-23f
+#define REAL_SMALLEST 0x1p-149f
 
 static inline real real_fma(real a, real b, real c) { return __builtin_fmaf(a, b, c); }
 static inline real real_sqrt(real a) { return __builtin_sqrtf(a); }
@@ -76,6 +78,36 @@ static inline real real_exp(real x)
 }
 
 #endif
+
+/* The largest number below a finite a. */
+static inline real real_below(real a)
+{
+#ifdef VOL_DOUBLE
+    int64_t bits;
+#else
+    int32_t bits;
+#endif
+    if (a == 0)
+        return -REAL_SMALLEST;
+    memcpy(&bits, &a, sizeof bits);
+    bits += a > 0 ? -1 : 1;
+    memcpy(&a, &bits, sizeof bits);
+    return a;
+}
+
+/* The least number that is not below a: v >= real_at_or_above(a) where and only where v >= a. */
+static inline real real_at_or_above(double a)
+{
+    real r = (real)a;
+    return (double)r < a ? -real_below(-r) : r;
+}
+
+/* What rounding a to r left out.  (Some compilers take r for a where they turn several of these into vectors.) */
+static inline double real_rest(double a, real r)
+{
+    volatile real rounded = r;
+    return a - (double)rounded;
+}
 
 static inline real real_min(real a, real b) { return a < b ? a : b; }
 static inline real real_max(real a, real b) { return a > b ? a : b; }

@@ -1,18 +1,22 @@
-/* Vectors of `real`: LANES of them, added, multiplied and compared lane by lane, the same bits on every cpu level.
+/* Vectors of `real`: LANES rays side by side, the same bits on every cpu level.
  *
- * The compiler's vector types give + - * and comparisons on any machine; what they lack (fused multiply-add, selection) is
- * here.  Sums across lanes have one order, whatever the hardware's width. */
+ * The compiler's vector types give + - * / and comparisons on any machine; what they lack (fused multiply-add, selection,
+ * loads from a place per lane) is here, once in plain C and once for AVX2.  Every operation works lane by lane: what a lane
+ * holds never depends on its neighbours.  Masks are integers of the same width, all bits set or none. */
 #ifndef VOL_RENDER_REALS_H
 #define VOL_RENDER_REALS_H
 
-#ifdef __AVX2__
+#if defined(__AVX2__) && defined(__FMA__)
 #include <immintrin.h>
+#define REALS_AVX2 1
 #endif
+
+#include <stdbool.h>
 
 #include "render/real.h"
 
 #ifdef VOL_DOUBLE
-enum { LANES = 16 };
+enum { LANES = 4 };
 typedef int64_t lane_int;
 #else
 enum { LANES = 8 };
@@ -21,51 +25,234 @@ typedef int32_t lane_int;
 
 typedef real reals __attribute__((vector_size(LANES * sizeof(real))));
 typedef lane_int ints __attribute__((vector_size(LANES * sizeof(lane_int))));
+typedef double double4 __attribute__((vector_size(32)));
+typedef float float4 __attribute__((vector_size(16)));
 
-static inline reals reals_all(real a) { return (reals){0} + a; }
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
 
-#if defined(__AVX2__) && defined(__FMA__)
-static inline reals reals_fma(reals a, reals b, reals c)
+ALWAYS_INLINE reals reals_all(real a) { return a - (reals){0}; } /* a - 0 is a, whatever its sign; a + 0 may not be */
+ALWAYS_INLINE ints ints_all(lane_int a) { return (ints){0} + a; }
+
+/* ---- What differs by cpu level and precision ---- */
+
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
 {
-#ifdef VOL_DOUBLE
-    union {
-        reals all;
-        __m256d part[LANES / 4];
-    } x = {a}, y = {b}, z = {c};
-    for (int i = 0; i < LANES / 4; i++)
-        z.part[i] = _mm256_fmadd_pd(x.part[i], y.part[i], z.part[i]);
-    return z.all;
-#else
     return (reals)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
-#endif
 }
+ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b)
+{
+    return (reals)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)mask);
+}
+ALWAYS_INLINE reals reals_max(reals a, reals b) { return (reals)_mm256_max_ps((__m256)a, (__m256)b); }
+ALWAYS_INLINE reals reals_min(reals a, reals b) { return (reals)_mm256_min_ps((__m256)a, (__m256)b); }
+ALWAYS_INLINE reals reals_sqrt(reals a) { return (reals)_mm256_sqrt_ps((__m256)a); }
+ALWAYS_INLINE unsigned mask_bits(ints mask) { return (unsigned)_mm256_movemask_ps((__m256)mask); }
+#elif defined(REALS_AVX2)
+ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
+{
+    return (reals)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
+}
+ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b)
+{
+    return (reals)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)mask);
+}
+ALWAYS_INLINE reals reals_max(reals a, reals b) { return (reals)_mm256_max_pd((__m256d)a, (__m256d)b); }
+ALWAYS_INLINE reals reals_min(reals a, reals b) { return (reals)_mm256_min_pd((__m256d)a, (__m256d)b); }
+ALWAYS_INLINE reals reals_sqrt(reals a) { return (reals)_mm256_sqrt_pd((__m256d)a); }
+ALWAYS_INLINE unsigned mask_bits(ints mask) { return (unsigned)_mm256_movemask_pd((__m256d)mask); }
 #else
-static inline reals reals_fma(reals a, reals b, reals c)
+ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
 {
     for (int i = 0; i < LANES; i++)
         c[i] = real_fma(a[i], b[i], c[i]);
     return c;
 }
+ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b) { return (reals)(((ints)a & mask) | ((ints)b & ~mask)); }
+ALWAYS_INLINE reals reals_max(reals a, reals b) { return reals_select((ints)(a > b), a, b); }
+ALWAYS_INLINE reals reals_min(reals a, reals b) { return reals_select((ints)(a < b), a, b); }
+ALWAYS_INLINE reals reals_sqrt(reals a)
+{
+    for (int i = 0; i < LANES; i++)
+        a[i] = real_sqrt(a[i]);
+    return a;
+}
+ALWAYS_INLINE unsigned mask_bits(ints mask)
+{
+    unsigned bits = 0;
+    for (int i = 0; i < LANES; i++)
+        bits |= (unsigned)(mask[i] & 1) << i;
+    return bits;
+}
 #endif
 
-/* Where `mask` is set (all bits of a lane), a, else b. */
-static inline reals reals_select(ints mask, reals a, reals b) { return (reals)(((ints)a & mask) | ((ints)b & ~mask)); }
-static inline reals reals_max(reals a, reals b) { return reals_select((ints)(a > b), a, b); }
-static inline reals reals_abs(reals a) { return reals_select((ints)(a < 0), -a, a); }
+/* ---- What follows from that ---- */
 
-static inline real reals_sum(reals t)
+ALWAYS_INLINE ints ints_select(ints mask, ints a, ints b) { return (a & mask) | (b & ~mask); }
+/* a where `mask`, else 0. */
+ALWAYS_INLINE reals reals_where(ints mask, reals a) { return (reals)((ints)a & mask); }
+ALWAYS_INLINE reals reals_abs(reals a)
 {
-    real sum[4];
-    for (int i = 0; i < 4; i++) {
-        sum[i] = t[i];
-        for (int k = i + 4; k < LANES; k += 4)
-            sum[i] += t[k];
-    }
-    return (sum[0] + sum[2]) + (sum[1] + sum[3]);
+    const lane_int all_but_the_sign = (lane_int)(((uint64_t)1 << (8 * sizeof(lane_int) - 1)) - 1);
+    return (reals)((ints)a & all_but_the_sign);
+}
+/* Towards zero; for what fits in an integer of 31 bits. */
+ALWAYS_INLINE reals reals_trunc(reals a)
+{
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+    return (reals)_mm256_round_ps((__m256)a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
+#elif defined(REALS_AVX2)
+    return (reals)_mm256_round_pd((__m256d)a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
+#else
+    return __builtin_convertvector(__builtin_convertvector(a, ints), reals);
+#endif
+}
+ALWAYS_INLINE reals reals_clamp(reals a, real lo, real hi) { return reals_min(reals_max(a, reals_all(lo)), reals_all(hi)); }
+ALWAYS_INLINE bool any(ints mask) { return mask_bits(mask) != 0; }
+/* A mask with the lanes of `bits` set. */
+ALWAYS_INLINE ints mask_of(unsigned bits)
+{
+    lane_int lanes[LANES];
+    ints mask;
+    for (int i = 0; i < LANES; i++)
+        lanes[i] = -(lane_int)(bits >> i & 1);
+    memcpy(&mask, lanes, sizeof mask);
+    return mask;
 }
 
+/* a + b x */
+ALWAYS_INLINE reals reals_line(reals a, reals b, reals x) { return reals_fma(b, x, a); }
+ALWAYS_INLINE reals reals_mix(reals a, reals b, reals t) { return reals_fma(t, b - a, a); }
+
+/* Four numbers per lane, from table + index[lane]: a lane's numbers side by side in memory. */
+ALWAYS_INLINE void load_quads(const real *table, ints index, reals out[4])
+{
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+    int32_t at[LANES] __attribute__((aligned(32)));
+    _mm256_store_si256((__m256i *)at, (__m256i)index);
+    __m256 row[4];
+    for (int i = 0; i < 4; i++)
+        row[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(table + at[i])),
+                                      _mm_loadu_ps(table + at[i + 4]), 1);
+    __m256 a = _mm256_unpacklo_ps(row[0], row[1]), b = _mm256_unpackhi_ps(row[0], row[1]);
+    __m256 c = _mm256_unpacklo_ps(row[2], row[3]), d = _mm256_unpackhi_ps(row[2], row[3]);
+    out[0] = (reals)_mm256_shuffle_ps(a, c, 0x44);
+    out[1] = (reals)_mm256_shuffle_ps(a, c, 0xee);
+    out[2] = (reals)_mm256_shuffle_ps(b, d, 0x44);
+    out[3] = (reals)_mm256_shuffle_ps(b, d, 0xee);
+#else
+    for (int k = 0; k < 4; k++) {
+        reals column = {0};
+        for (int i = 0; i < LANES; i++)
+            column[i] = table[index[i] + k];
+        out[k] = column;
+    }
+#endif
+}
+
+/* table[index], lane by lane */
+ALWAYS_INLINE reals gather_reals(const real *table, ints index)
+{
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+    return (reals)_mm256_i32gather_ps(table, (__m256i)index, 4);
+#else
+    reals out;
+    for (int i = 0; i < LANES; i++)
+        out[i] = table[index[i]];
+    return out;
+#endif
+}
+
+ALWAYS_INLINE ints gather_ints(const int32_t *table, ints index)
+{
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+    return (ints)_mm256_i32gather_epi32(table, (__m256i)index, 4);
+#else
+    ints out;
+    for (int i = 0; i < LANES; i++)
+        out[i] = table[index[i]];
+    return out;
+#endif
+}
+
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+/* Two numbers from either place; they need not be aligned to more than a number. */
+ALWAYS_INLINE __m128 load_two_pairs(const float *low, const float *high)
+{
+    double first;
+    memcpy(&first, low, sizeof first);
+    return _mm_castpd_ps(_mm_loadh_pd(_mm_set_sd(first), (const double *)(const void *)high));
+}
+#endif
+
+/* The corners of a cell, n = 4 x + 2 y + z, from base[lane] + offset[lane] of bricks of 9^3 numbers: along z two
+ * corners lie side by side and come in one load. */
+ALWAYS_INLINE void load_corners_of(const real *const base[LANES], ints offset, reals c[8])
+{
+    static const int row[4] = {0, 9, 81, 90};
+#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+    const float *p[LANES];
+    int32_t at[LANES] __attribute__((aligned(32)));
+    _mm256_store_si256((__m256i *)at, (__m256i)offset);
+    for (int i = 0; i < LANES; i++)
+        p[i] = base[i] + at[i];
+    for (int r = 0; r < 4; r++) {
+#define PAIRS(i, k) load_two_pairs(p[i] + row[r], p[k] + row[r])
+        __m256 l = _mm256_insertf128_ps(_mm256_castps128_ps256(PAIRS(0, 1)), PAIRS(4, 5), 1);
+        __m256 h = _mm256_insertf128_ps(_mm256_castps128_ps256(PAIRS(2, 3)), PAIRS(6, 7), 1);
+#undef PAIRS
+        c[2 * r] = (reals)_mm256_shuffle_ps(l, h, 0x88);
+        c[2 * r + 1] = (reals)_mm256_shuffle_ps(l, h, 0xdd);
+    }
+#else
+    for (int r = 0; r < 4; r++) {
+        real low[LANES], high[LANES];
+        for (int i = 0; i < LANES; i++) {
+            low[i] = base[i][offset[i] + row[r]];
+            high[i] = base[i][offset[i] + row[r] + 1];
+        }
+        memcpy(&c[2 * r], low, sizeof low);
+        memcpy(&c[2 * r + 1], high, sizeof high);
+    }
+#endif
+}
+
+/* ---- Sums in double ---- */
+
+typedef struct Doubles {
+    double4 part[LANES / 4];
+} Doubles;
+
+ALWAYS_INLINE void doubles_add(Doubles *sum, reals a)
+{
+#ifdef VOL_DOUBLE
+    sum->part[0] += a;
+#elif defined(REALS_AVX2)
+    sum->part[0] += (double4)_mm256_cvtps_pd(_mm256_castps256_ps128((__m256)a));
+    sum->part[1] += (double4)_mm256_cvtps_pd(_mm256_extractf128_ps((__m256)a, 1));
+#else
+    sum->part[0] += __builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3), double4);
+    sum->part[1] += __builtin_convertvector(__builtin_shufflevector(a, a, 4, 5, 6, 7), double4);
+#endif
+}
+
+ALWAYS_INLINE reals doubles_round(const Doubles *sum)
+{
+#ifdef VOL_DOUBLE
+    return sum->part[0];
+#else
+    return __builtin_shufflevector(__builtin_convertvector(sum->part[0], float4),
+                                   __builtin_convertvector(sum->part[1], float4), 0, 1, 2, 3, 4, 5, 6, 7);
+#endif
+}
+
+static inline double doubles_lane(const Doubles *sum, int i) { return sum->part[i >> 2][i & 3]; }
+static inline void doubles_set(Doubles *sum, int i, double value) { sum->part[i >> 2][i & 3] = value; }
+
+/* ---- Exponentials ---- */
+
 /* As real_exp, lane by lane. */
-static inline reals reals_exp(reals x)
+ALWAYS_INLINE reals reals_exp(reals x)
 {
 #ifdef VOL_DOUBLE
     const real least = -708.0, magic = 0x1.8p52, log2e = 0x1.71547652b82fep0, ln2 = 0x1.62e42fefa39efp-1,
@@ -80,35 +267,60 @@ static inline reals reals_exp(reals x)
     static const real c[TERMS] = {1.0f / 5040, 1.0f / 720, 1.0f / 120, 1.0f / 24, 1.0f / 6, 0.5f};
 #endif
     ints under = (ints)(x < least);
-    reals clamped = reals_select(under, reals_all(least), x);
-    reals n = reals_fma(clamped, reals_all(log2e), reals_all(magic)) - magic;
+    reals clamped = reals_max(x, reals_all(least));
+    reals shifted = reals_fma(clamped, reals_all(log2e), reals_all(magic)), n = shifted - magic;
     reals r = reals_fma(n, reals_all(-ln2), clamped);
     r = reals_fma(n, reals_all(-ln2_low), r);
     reals p = reals_all(c[0]);
     for (int i = 1; i < TERMS; i++)
         p = reals_fma(p, r, reals_all(c[i]));
     p = reals_fma(r * r, p, r) + 1;
-    ints bits = (ints)p + (__builtin_convertvector(n, ints) << MANTISSA);
+    /* The magic number leaves n in the low bits of the sum. */
+    ints bits = (ints)p + (((ints)shifted - (ints)reals_all(magic)) << MANTISSA);
     return (reals)(bits & ~under);
 }
 
-/* Gauss-Legendre on [0, 1], a node a lane. */
+/* exp(-x) for x in [0, 1]: Chebyshev's interpolant at x - 1/2, no reduction.  Relative error 3e-8 (float), 1e-17 (double)
+ * before rounding. */
+ALWAYS_INLINE reals reals_exp_short(reals x)
+{
 #ifdef VOL_DOUBLE
-static const reals gauss_x = {
+    enum { TERMS = 13 };
+    static const real c[] = {1.2719039650810422692e-9, -1.5274200488412991958e-8, 1.6714181868801803907e-7,
+                        -1.6714110914977199567e-6, 0.000015042923373747569437, -0.00012034338858639082174,
+                        0.00084240369402593992562, -0.0050544221640004391717, 0.025272110821360331798,
+                        -0.1010884432854473894, 0.30326532985631670639, -0.60653065971263334784, 0.6065306597126334236};
+#else
+    enum { TERMS = 7 };
+    static const real c[] = {0.00084900787224f, -0.005107301484f, 0.02527128444f, -0.10108182477f, 0.30326535569f,
+                        -0.60653086663f, 0.60653065971f};
+#endif
+    reals y = x - (real)0.5, p = reals_all(c[0]);
+    for (int i = 1; i < TERMS; i++)
+        p = reals_fma(p, y, reals_all(c[i]));
+    return p;
+}
+
+/* ---- Gauss-Legendre on [0, 1] ---- */
+
+#ifdef VOL_DOUBLE
+enum { GAUSS = 16 };
+static const real gauss_x[GAUSS] = {
     0.0052995325041750333469603, 0.0277124884633837102743126, 0.0671843988060841224019271, 0.1222977958224984867952045,
     0.1910618777986781147149031, 0.2709916111713863151599924, 0.3591982246103705422868302, 0.4524937450811812866824368,
     0.5475062549188187688287144, 0.6408017753896294577131698, 0.7290083888286137403511589, 0.8089381222013218852850969,
     0.8777022041775015548381589, 0.9328156011939158220869217, 0.9722875115366163001340283, 0.9947004674958249692551249};
-static const reals gauss_w = {
+static const real gauss_w[GAUSS] = {
     0.0135762297058770482066636, 0.0311267619693239468159351, 0.0475792558412463928441127, 0.0623144856277669384470030,
     0.0747979944082883679845608, 0.0845782596975012679330064, 0.0913017075224617918882686, 0.0947253052275342510846201,
     0.0947253052275342510846201, 0.0913017075224617918882686, 0.0845782596975012679330064, 0.0747979944082883679845608,
     0.0623144856277669384470030, 0.0475792558412463928441127, 0.0311267619693239468159351, 0.0135762297058770482066636};
 #else
-static const reals gauss_x = {
+enum { GAUSS = 8 };
+static const real gauss_x[GAUSS] = {
     0.01985507175123188417f, 0.10166676129318663602f, 0.23723379504183550459f, 0.40828267875217510996f,
     0.59171732124782494555f, 0.76276620495816449541f, 0.89833323870681336398f, 0.98014492824876808807f};
-static const reals gauss_w = {
+static const real gauss_w[GAUSS] = {
     0.05061426814518812933f, 0.11119051722668724103f, 0.15685332293894363453f, 0.18134189168918099511f,
     0.18134189168918099511f, 0.15685332293894363453f, 0.11119051722668724103f, 0.05061426814518812933f};
 #endif

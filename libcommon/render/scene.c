@@ -1,11 +1,13 @@
 #include "render/scene.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "base/fmath.h"
 #include "base/mem.h"
 #include "render/optics.h"
+#include "render/skip.h"
 
 /* Largest radiance that the lights can make of base colour `color`. */
 static double shaded_bound(const VolScene *scene, double color)
@@ -25,6 +27,13 @@ static double shaded_bound(const VolScene *scene, double color)
     return bound;
 }
 
+/* `emitted`: a bound on what emission may still send. */
+static double stop_depth(const VolScene *scene, double emitted)
+{
+    double most = fmax(fmax(1, scene->color_bound), fmax(scene->background_max, emitted));
+    return isfinite(most) ? vol_log(most / scene->stop_opacity) : INFINITY;
+}
+
 static void set_bounds(VolScene *scene)
 {
     const VolTfCompiled *tf = scene->tf;
@@ -34,56 +43,53 @@ static void set_bounds(VolScene *scene)
     if (scene->shaded)
         scene->color_bound = fmax(tf->max_color, classic ? tf->max_color * shaded_bound(scene, 1)
                                                          : shaded_bound(scene, tf->max_color));
-    scene->stop_opacity = scene->precise ? 0x1p-60 : 0x1p-28;
-}
-
-static void mark_visible(VolScene *scene)
-{
-    const VolGrid *grid = scene->grid;
-    for (size_t b = 0; b < grid->brick_count; b++) {
-        const VolBrick *brick = &grid->bricks[b];
-        bool visible = brick->lo <= brick->hi && (!scene->skip || vol_tf_range_visible(scene->tf, brick->lo, brick->hi));
-        scene->brick_visible[b] = visible;
-        scene->bricks_visible += visible;
-    }
-    scene->bricks_skipped = grid->brick_count - scene->bricks_visible;
-    scene->background_visible = scene->brick_visible[0];
-    for (size_t n = 0; n < grid->node_count; n++) {
-        const VolNode *node = &grid->nodes[n];
-        bool visible = !node->bricks && scene->brick_visible[node->uniform];
-        for (size_t i = 0; node->bricks && i < VOL_NODE_ENTRIES && !visible; i++)
-            visible = scene->brick_visible[node->bricks[i]];
-        scene->node_visible[n] = visible;
-    }
+    if (scene->stop_opacity == 0)
+        scene->stop_opacity = scene->precise ? 0x1p-60 : 0x1p-28;
+    scene->stop_depth = stop_depth(scene, 0);
 }
 
 VolStatus vol_scene_prepare(VolScene *scene, VolError *err)
 {
-    scene->brick_visible = vol_alloc(scene->grid->brick_count, 1);
-    scene->node_visible = vol_alloc(scene->grid->node_count, 1);
-    if (!scene->brick_visible || !scene->node_visible)
-        return vol_fail_memory(err, scene->grid->brick_count);
     set_bounds(scene);
-    mark_visible(scene);
-    return scene->precise ? vol_optics_f64_new(scene->tf, &scene->optics64, err)
-                          : vol_optics_f32_new(scene->tf, &scene->optics32, err);
+    VolStatus status = vol_skip_prepare(scene, err);
+    if (status)
+        return status;
+    return scene->precise ? vol_optics_f64_new(scene, &scene->optics64, err)
+                          : vol_optics_f32_new(scene, &scene->optics32, err);
 }
 
 void vol_scene_release(VolScene *scene)
 {
-    free(scene->brick_visible);
-    free(scene->node_visible);
+    vol_skip_release(scene);
     vol_optics_f32_free(scene->optics32);
     vol_optics_f64_free(scene->optics64);
-    scene->brick_visible = scene->node_visible = NULL;
     scene->optics32 = NULL;
     scene->optics64 = NULL;
 }
 
+void vol_scene_terms_skipped(const VolScene *scene, char *out, size_t size)
+{
+    const VolTfCompiled *tf = scene->tf;
+    const struct {
+        bool present;
+        const char *name;
+    } terms[] = {{tf->has_surface, "surfaces"},      {tf->delta_count > 0, "isosurfaces"},
+                 {scene->shaded, "shading"},         {tf->coloured, "coloured attenuation"},
+                 {tf->has_emit, "emission"},         {scene->layers != 0, "layers"}};
+    size_t used = 0;
+    out[0] = '\0';
+    for (size_t i = 0; i < sizeof terms / sizeof *terms && used < size; i++)
+        if (!terms[i].present) {
+            int n = snprintf(out + used, size - used, "%s%s", used ? ", " : "", terms[i].name);
+            used += n > 0 ? (size_t)n : 0;
+        }
+}
+
 double vol_scene_stop_depth(const VolScene *scene, double length)
 {
-    double most = fmax(fmax(1, scene->color_bound), fmax(scene->background_max, scene->tf->max_emit * length));
-    return isfinite(most) ? vol_log(most / scene->stop_opacity) : INFINITY;
+    if (!(scene->tf->max_emit > 0))
+        return scene->stop_depth;
+    return stop_depth(scene, scene->tf->max_emit * length);
 }
 
 /* Cuts [t0, t1] to a + b t >= 0. */
@@ -124,14 +130,46 @@ bool vol_ray_clip(const VolScene *scene, VolRay *ray)
     return ray->t0 < ray->t1;
 }
 
-VolTraceRay *vol_kernel(const VolScene *scene)
+static bool store_new(VolBrickStore *store, size_t places, size_t size)
+{
+    store->numbers = vol_alloc(places, size);
+    store->key = vol_alloc_zero(places, sizeof *store->key);
+    store->places = places;
+    return store->numbers && store->key;
+}
+
+VolStatus vol_scratch_new(const VolScene *scene, VolScratch *out, VolError *err)
+{
+    enum { VALUES = 64, GRADIENTS = 256 };
+    size_t size = (scene->precise ? sizeof(double) : sizeof(float)) * VOL_BRICK_STRIDE;
+    *out = (VolScratch){0};
+    out->zeros = vol_alloc_zero(3, size);
+    bool made = out->zeros && store_new(&out->values, VALUES, size) &&
+                (!scene->shaded || store_new(&out->gradients, GRADIENTS, 3 * size));
+    if (made)
+        return VOL_OK;
+    vol_scratch_free(out);
+    return vol_fail_memory(err, GRADIENTS * 3 * size);
+}
+
+void vol_scratch_free(VolScratch *scratch)
+{
+    free(scratch->values.numbers);
+    free(scratch->values.key);
+    free(scratch->gradients.numbers);
+    free(scratch->gradients.key);
+    free(scratch->zeros);
+    *scratch = (VolScratch){0};
+}
+
+VolTraceRays *vol_kernel(const VolScene *scene)
 {
     enum { EXACT, DIRECT, SEGMENTS };
-    static VolTraceRay *const plain[2][3] = {{vol_exact_f32, vol_direct_f32, vol_segments_f32},
+    static VolTraceRays *const plain[2][3] = {{vol_exact_f32, vol_direct_f32, vol_segments_f32},
                                              {vol_exact_f64, vol_direct_f64, vol_segments_f64}};
     int kind = scene->estimator == VOL_ESTIMATE_EXACT ? EXACT : scene->estimator == VOL_ESTIMATE_DIRECT ? DIRECT : SEGMENTS;
 #if defined(__x86_64__)
-    static VolTraceRay *const avx2[2][3] = {{vol_exact_f32_avx2, vol_direct_f32_avx2, vol_segments_f32_avx2},
+    static VolTraceRays *const avx2[2][3] = {{vol_exact_f32_avx2, vol_direct_f32_avx2, vol_segments_f32_avx2},
                                             {vol_exact_f64_avx2, vol_direct_f64_avx2, vol_segments_f64_avx2}};
     if (scene->cpu == VOL_CPU_AVX2 || scene->cpu == VOL_CPU_AVX512)
         return avx2[scene->precise][kind];

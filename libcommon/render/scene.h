@@ -56,6 +56,9 @@ typedef struct VolTraceStep {
     const char *what; /* "particles", "surface", "isosurface" */
 } VolTraceStep;
 
+/* In `levels`: a block of 2^level bricks a side, aligned, is invisible; or the brick is to be entered. */
+enum { VOL_NODE_LEVEL = 4, VOL_VISIBLE = 255 };
+
 typedef struct VolScene {
     const VolGrid *grid;
     const VolTfCompiled *tf;
@@ -79,10 +82,13 @@ typedef struct VolScene {
     VolOpticsF32 *optics32;
     VolOpticsF64 *optics64;
     uint8_t *brick_visible; /* one per brick of the grid */
-    uint8_t *node_visible;  /* one per node */
+    uint8_t *node_visible;  /* one per node: some brick of it is */
+    uint8_t *levels;        /* 16^3 per node, as its table of bricks: VOL_VISIBLE, or the invisible block around it */
     bool background_visible;
+    int32_t visible_min[3], visible_max[3]; /* bricks: the box around the visible ones */
     bool shaded;            /* hybrid or classic with something to shade */
-    double stop_opacity;    /* rays end where what may still come is below this */
+    double stop_opacity;    /* rays end where what may still come is below this; set before, or 0: by the precision */
+    double stop_depth;      /* the optical depth for that, where nothing is emitted */
     double color_bound;     /* largest radiance any surface or particle can send */
     uint64_t bricks_visible, bricks_skipped;
 } VolScene;
@@ -90,6 +96,9 @@ typedef struct VolScene {
 /* Fills the prepared part: needs grid, tf, lights, precise, skip. */
 VolStatus vol_scene_prepare(VolScene *scene, VolError *err);
 void vol_scene_release(VolScene *scene);
+
+/* The terms that the scene is without, hence the kernel too: "surfaces, emission, ..." into `out`. */
+void vol_scene_terms_skipped(const VolScene *scene, char *out, size_t size);
 
 /* ---- One ray ---- */
 
@@ -115,13 +124,44 @@ bool vol_ray_clip(const VolScene *scene, VolRay *ray);
  * T max(1, largest radiance, background, largest emission x L). */
 double vol_scene_stop_depth(const VolScene *scene, double length);
 
-/* Rays already clipped.  One kernel per precision and cpu level, all of the same bytes. */
-typedef void VolTraceRay(const VolScene *scene, const VolRay *ray, VolRadiance *out);
-VolTraceRay vol_exact_f32, vol_exact_f64, vol_direct_f32, vol_direct_f64, vol_segments_f32, vol_segments_f64;
-VolTraceRay vol_exact_f32_avx2, vol_exact_f64_avx2, vol_direct_f32_avx2, vol_direct_f64_avx2, vol_segments_f32_avx2,
+/* What the rays met, and what of it was left out. */
+typedef struct VolSkipped {
+    uint64_t bricks_entered, blocks; /* visible bricks; invisible blocks of bricks, passed over in one step each */
+    uint64_t cells_met;              /* cells or samples in the bricks entered, with something in them or not */
+    uint64_t rays_ended;             /* early: nothing behind can be seen */
+} VolSkipped;
+
+/* ---- Kernels ---- */
+
+/* What was made for some bricks: see bricks_tmpl.h. */
+typedef struct VolBrickStore {
+    void *numbers; /* of the kernel's precision */
+    uint32_t *key;
+    size_t places;
+} VolBrickStore;
+
+/* A thread's working memory, and what it counted. */
+typedef struct VolScratch {
+    VolBrickStore values;    /* VOL_BRICK_STRIDE numbers each */
+    VolBrickStore gradients; /* three times as many */
+    void *zeros;             /* as large as one brick's gradients */
+    VolSkipped skipped;
+} VolScratch;
+
+enum { VOL_PACKET = 8 };
+
+VolStatus vol_scratch_new(const VolScene *scene, VolScratch *out, VolError *err);
+void vol_scratch_free(VolScratch *scratch);
+
+/* Up to VOL_PACKET rays, already clipped; what comes out for one never depends on the others.  One kernel per precision
+ * and cpu level, all of the same bytes. */
+typedef void VolTraceRays(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count,
+                          VolRadiance *out);
+VolTraceRays vol_exact_f32, vol_exact_f64, vol_direct_f32, vol_direct_f64, vol_segments_f32, vol_segments_f64;
+VolTraceRays vol_exact_f32_avx2, vol_exact_f64_avx2, vol_direct_f32_avx2, vol_direct_f64_avx2, vol_segments_f32_avx2,
     vol_segments_f64_avx2;
 
 /* The kernel for the scene's estimator, precision and cpu level. */
-VolTraceRay *vol_kernel(const VolScene *scene);
+VolTraceRays *vol_kernel(const VolScene *scene);
 
 #endif

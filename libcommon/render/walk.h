@@ -1,4 +1,4 @@
-/* The bricks along a ray, those that are invisible left out node by node and brick by brick.
+/* The bricks along a ray, those that are invisible left out in blocks as large as can be.
  *
  * A brick's stretch [t0, t1] follows from its own planes alone, t(plane) = (plane - o) / d, never from the way that led
  * there: leaving bricks out changes nothing in those that remain.  An axis that the ray runs along has no planes. */
@@ -13,26 +13,41 @@ typedef struct Walk {
     const VolScene *scene;
     double o[3], d[3], inv[3]; /* index space, per world unit of t */
     double t, end;
+    double start;              /* of the ray itself */
+    double ahead[3];           /* t of the plane where the ray leaves brick `at` across each axis; INFINITY: never */
+    double facing[3];          /* a brick's side that the ray enters by: 0 or 8; -1: none */
     int32_t at[3];             /* brick coordinates */
+    int32_t step[3];           /* 1, -1, or 0 where the ray runs along the planes */
+    unsigned through;          /* bit a: `t` lies on the entry plane of brick `at` across axis a */
     int32_t at_min[3], at_max[3];
+    const VolNode *node;       /* that holds `at`, where node_at says so; NULL: background */
+    int32_t node_at[3];
+    uint64_t blocks;           /* passed over, invisible */
 } Walk;
 
 typedef struct BrickSpan {
     double t0, t1;
     uint32_t brick;
-    int32_t origin[3]; /* first cell */
-    double e[3];       /* where the ray is at t0, from `origin`, in [0, 8] */
-    unsigned exit_axes; /* bit a: t1 lies on the brick's plane across axis a */
+    int32_t origin[3];  /* first cell */
+    double e[3];        /* where asked for: where the ray is at t0, from `origin`, in [0, 8] */
+    unsigned exit_axes; /* and the axes across whose planes t1 lies: bit a */
 } BrickSpan;
 
 static inline double walk_plane(const Walk *w, int a, int32_t plane) { return (plane - w->o[a]) * w->inv[a]; }
+
+/* Where the ray leaves a block of `size` bricks (a power of two) around `at`, across one axis. */
+static inline double walk_leaves(const Walk *w, int a, int32_t size)
+{
+    int32_t first = w->at[a] & ~(size - 1);
+    return w->d[a] == 0 ? INFINITY : walk_plane(w, a, (w->d[a] > 0 ? first + size : first) * VOL_BRICK_CELLS);
+}
 
 /* The brick that holds the ray from t on: along each axis the last whose entry plane is not behind t. */
 static inline void walk_locate(Walk *w)
 {
     for (int a = 0; a < 3; a++) {
         double x = w->d[a] == 0 ? w->o[a] : w->o[a] + w->t * w->d[a];
-        double lo = w->at_min[a], hi = w->at_max[a], b = floor(x / VOL_BRICK_CELLS);
+        double lo = w->at_min[a], hi = w->at_max[a], b = floor(x * (1.0 / VOL_BRICK_CELLS));
         int32_t at = (int32_t)(b < lo ? lo : b > hi ? hi : b);
         if (w->d[a] > 0) {
             while (at < w->at_max[a] && walk_plane(w, a, (at + 1) * VOL_BRICK_CELLS) <= w->t)
@@ -46,22 +61,26 @@ static inline void walk_locate(Walk *w)
                 at++;
         }
         w->at[a] = at;
+        w->ahead[a] = walk_leaves(w, a, 1);
     }
+    w->through = 0;
+    for (int a = 0; a < 3; a++)
+        if (w->d[a] != 0 && walk_plane(w, a, w->at[a] * VOL_BRICK_CELLS + (int32_t)w->facing[a]) == w->t)
+            w->through |= 1u << a;
 }
 
-/* Where the ray leaves the block of `size` bricks (a power of two) that holds w->at. */
+/* Where the ray leaves the block of `size` bricks that holds w->at. */
 static inline double walk_exit(const Walk *w, int32_t size)
 {
     double t = w->end;
-    for (int a = 0; a < 3; a++)
-        if (w->d[a] != 0) {
-            int32_t first = w->at[a] & ~(size - 1);
-            double plane = walk_plane(w, a, (w->d[a] > 0 ? first + size : first) * VOL_BRICK_CELLS);
-            t = plane < t ? plane : t;
-        }
+    for (int a = 0; a < 3; a++) {
+        double leaves = walk_leaves(w, a, size);
+        t = leaves < t ? leaves : t;
+    }
     return t;
 }
 
+/* Bricks outside the box around the visible ones are never looked at. */
 static inline void walk_begin(Walk *w, const VolScene *scene, const VolRay *ray)
 {
     const VolGrid *grid = scene->grid;
@@ -69,80 +88,125 @@ static inline void walk_begin(Walk *w, const VolScene *scene, const VolRay *ray)
     VolVec3 d = vol_apply_linear(&grid->world_to_index, ray->direction);
     double os[3] = {o.x, o.y, o.z}, ds[3] = {d.x, d.y, d.z};
     w->scene = scene;
+    w->t = w->start = ray->t0;
+    w->end = ray->t1;
+    w->node_at[0] = INT32_MAX;
+    w->blocks = 0;
     for (int a = 0; a < 3; a++) {
         w->o[a] = os[a];
         w->d[a] = ds[a];
         w->inv[a] = ds[a] == 0 ? 0 : 1 / ds[a];
-        w->at_min[a] = grid->cell_min[a] >> 3;
-        w->at_max[a] = grid->cell_max[a] >> 3;
+        w->step[a] = (ds[a] > 0) - (ds[a] < 0);
+        w->facing[a] = ds[a] < 0 ? VOL_BRICK_CELLS : ds[a] > 0 ? 0 : -1;
+        w->at_min[a] = scene->visible_min[a];
+        w->at_max[a] = scene->visible_max[a];
+        if (w->d[a] != 0) {
+            bool up = w->d[a] > 0;
+            int32_t in = up ? w->at_min[a] : w->at_max[a] + 1, out = up ? w->at_max[a] + 1 : w->at_min[a];
+            double entry = walk_plane(w, a, in * VOL_BRICK_CELLS), exit = walk_plane(w, a, out * VOL_BRICK_CELLS);
+            w->t = entry > w->t ? entry : w->t;
+            w->end = exit < w->end ? exit : w->end;
+        } else if (w->o[a] < w->at_min[a] * VOL_BRICK_CELLS || w->o[a] > (w->at_max[a] + 1) * VOL_BRICK_CELLS) {
+            w->end = -INFINITY;
+        }
     }
-    w->t = ray->t0;
-    w->end = ray->t1;
-    walk_locate(w);
+    if (w->t < w->end)
+        walk_locate(w);
 }
 
 /* Steps to the neighbour through the plane(s) at `t`. */
 static inline void walk_step(Walk *w, double t)
 {
+    w->through = 0;
     for (int a = 0; a < 3; a++)
-        if (w->d[a] != 0) {
-            int32_t plane = (w->d[a] > 0 ? w->at[a] + 1 : w->at[a]) * VOL_BRICK_CELLS;
-            if (walk_plane(w, a, plane) <= t)
-                w->at[a] += w->d[a] > 0 ? 1 : -1;
+        if (w->ahead[a] <= t) {
+            w->through |= (unsigned)(w->ahead[a] == t) << a;
+            w->at[a] += w->step[a];
+            w->ahead[a] = walk_plane(w, a, w->at[a] * VOL_BRICK_CELLS + VOL_BRICK_CELLS - (int32_t)w->facing[a]);
         }
     w->t = t;
 }
 
-static inline void walk_span(const Walk *w, uint32_t brick, double exit, BrickSpan *span)
+static inline double within_brick(double e)
+{
+    e = e > 0 ? e : 0;
+    return e < VOL_BRICK_CELLS ? e : VOL_BRICK_CELLS;
+}
+
+/* Where the ray enters the brick.  On a brick's or the domain's own plane the coordinate is known exactly. */
+static inline void walk_entry(const Walk *w, BrickSpan *span)
+{
+    for (int a = 0; a < 3; a++) {
+        double e = within_brick(fma(w->t, w->d[a], w->o[a] - span->origin[a]));
+        span->e[a] = w->through >> a & 1 ? w->facing[a] : e;
+        span->exit_axes |= (unsigned)(w->ahead[a] == span->t1) << a;
+    }
+    if (w->t != w->start)
+        return;
+    for (int a = 0; a < 3; a++) {
+        double entry = w->d[a] > 0 ? w->scene->grid->domain_min[a] : w->scene->grid->domain_max[a];
+        if (w->d[a] != 0 && !(w->through >> a & 1) && (entry - w->o[a]) * w->inv[a] == w->t)
+            span->e[a] = within_brick(entry - w->at[a] * VOL_BRICK_CELLS);
+    }
+}
+
+static inline void walk_span(const Walk *w, uint32_t brick, double exit, bool entry, BrickSpan *span)
 {
     span->t0 = w->t;
     span->t1 = exit;
     span->brick = brick;
     span->exit_axes = 0;
-    for (int a = 0; a < 3; a++) {
-        int32_t first = w->at[a] * VOL_BRICK_CELLS;
-        span->origin[a] = first;
-        double e = w->d[a] == 0 ? w->o[a] - first : fma(w->t, w->d[a], w->o[a] - first);
-        e = e < 0 ? 0 : e > VOL_BRICK_CELLS ? VOL_BRICK_CELLS : e;
-        if (w->d[a] != 0) {
-            /* A brick's or the domain's own plane: the coordinate is known exactly. */
-            double entry = w->d[a] > 0 ? w->scene->grid->domain_min[a] : w->scene->grid->domain_max[a];
-            double brick_entry = first + (w->d[a] > 0 ? 0 : VOL_BRICK_CELLS);
-            if ((brick_entry - w->o[a]) * w->inv[a] == w->t)
-                e = brick_entry - first;
-            else if ((entry - w->o[a]) * w->inv[a] == w->t)
-                e = entry - first;
-        }
-        span->e[a] = e;
-        if (w->d[a] != 0 && walk_plane(w, a, w->d[a] > 0 ? first + VOL_BRICK_CELLS : first) == exit)
-            span->exit_axes |= 1u << a;
-    }
+    for (int a = 0; a < 3; a++)
+        span->origin[a] = w->at[a] * VOL_BRICK_CELLS;
+    if (entry)
+        walk_entry(w, span);
 }
 
-/* The next visible brick's stretch, of positive length; false at the end of the ray. */
-static inline bool walk_next(Walk *w, BrickSpan *span)
+/* Size of the invisible block around w->at as a power of two, or VOL_VISIBLE with the brick's number. */
+static inline unsigned walk_look(Walk *w, uint32_t *brick)
 {
-    const VolGrid *grid = w->scene->grid;
+    const VolScene *scene = w->scene;
+    int32_t n[3] = {w->at[0] >> 4, w->at[1] >> 4, w->at[2] >> 4};
+    if (n[0] != w->node_at[0] || n[1] != w->node_at[1] || n[2] != w->node_at[2]) {
+        w->node = vol_grid_node(scene->grid, n[0], n[1], n[2]);
+        memcpy(w->node_at, n, sizeof n);
+    }
+    *brick = 0;
+    if (!w->node)
+        return scene->background_visible ? VOL_VISIBLE : VOL_NODE_LEVEL;
+    size_t number = (size_t)(w->node - scene->grid->nodes);
+    if (!w->node->bricks) {
+        *brick = w->node->uniform;
+        return scene->node_visible[number] ? VOL_VISIBLE : VOL_NODE_LEVEL;
+    }
+    size_t place = (size_t)(((w->at[0] & 15) * 16 + (w->at[1] & 15)) * 16 + (w->at[2] & 15));
+    *brick = w->node->bricks[place];
+    return scene->levels[number * VOL_NODE_ENTRIES + place];
+}
+
+/* The next visible brick's stretch, of positive length; false at the end of the ray.  `entry`: also where it begins and
+ * ends in space. */
+static inline bool walk_next(Walk *w, bool entry, BrickSpan *span)
+{
     while (w->t < w->end) {
         for (int a = 0; a < 3; a++)
             if (w->at[a] < w->at_min[a] || w->at[a] > w->at_max[a])
                 return false;
-        const VolNode *node = vol_grid_node(grid, w->at[0] >> 4, w->at[1] >> 4, w->at[2] >> 4);
-        bool visible = node ? w->scene->node_visible[node - grid->nodes] : w->scene->background_visible;
-        if (!visible) {
-            w->t = walk_exit(w, VOL_NODE_BRICKS);
+        uint32_t brick;
+        unsigned level = walk_look(w, &brick);
+        w->blocks += level != VOL_VISIBLE;
+        if (level != VOL_VISIBLE && level > 0) {
+            w->t = walk_exit(w, 1 << level);
             if (w->t < w->end)
                 walk_locate(w);
             continue;
         }
-        uint32_t brick = 0;
-        if (node)
-            brick = node->bricks ? node->bricks[((w->at[0] & 15) * 16 + (w->at[1] & 15)) * 16 + (w->at[2] & 15)]
-                                 : node->uniform;
-        double exit = walk_exit(w, 1);
-        bool found = w->scene->brick_visible[brick] && exit > w->t;
+        double exit = w->end;
+        for (int a = 0; a < 3; a++)
+            exit = w->ahead[a] < exit ? w->ahead[a] : exit;
+        bool found = level == VOL_VISIBLE && exit > w->t;
         if (found)
-            walk_span(w, brick, exit, span);
+            walk_span(w, brick, exit, entry, span);
         walk_step(w, exit > w->t ? exit : w->t);
         if (found)
             return true;

@@ -79,7 +79,7 @@ int main(int argc, char **argv)
         set(part, store, pokes[p] + n, x, y);
     }
     VolBytes bytes = {0};
-    if (vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err))
+    if (vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err))
         die("%s", err.text);
     if (fwrite(bytes.data, 1, bytes.size, stdout) != bytes.size || fflush(stdout))
         die("cannot write");

@@ -115,7 +115,7 @@ static void random_nodes(Random *r, char *text, size_t size, const char *key, in
 {
     size_t n = strlen(text);
     n += (size_t)snprintf(text + n, size - n, ", \"%s\": [", key);
-    int count = 1 + random_below(r, 5);
+    int count = random_below(r, 8) ? 1 + random_below(r, 5) : 10 + random_below(r, 30);
     double v = random_in(r, -0.2, 0.5);
     for (int i = 0; i < count; i++) {
         double amount = random_below(r, 3) ? random_unit(r) * 0.9 : 0;
@@ -158,7 +158,7 @@ static void random_tf(Random *r, int flags, char *text, size_t size)
 
 __attribute__((unused)) static void random_scene(Random *r, int flags, RandomScene *s)
 {
-    char text[4096];
+    char text[16384];
     VolError err;
     memset(s, 0, sizeof *s);
     s->grid = random_grid(r, flags, s);
@@ -181,7 +181,8 @@ __attribute__((unused)) static void random_scene(Random *r, int flags, RandomSce
     s->scene = (VolScene){.grid = s->grid, .tf = &s->compiled, .lights = s->lights, .skip = true,
                           .preint = &s->tables, .integrals = &s->integrals,
                           .light_count = random_below(r, 2) ? 2 : 1, .clips = &s->clip,
-                          .clip_count = (size_t)random_below(r, 2), .step = 0.2, .layers = VOL_LAYER_Z};
+                          .clip_count = (size_t)random_below(r, 2), .step = 0.2,
+                          .layers = random_below(r, 2) ? VOL_LAYER_Z : 0};
 }
 
 __attribute__((unused)) static void random_scene_free(RandomScene *s)
@@ -209,6 +210,17 @@ __attribute__((unused)) static VolRay random_ray(Random *r, const RandomScene *s
     VolVec3 target = vol_apply(&s->grid->index_to_world, index);
     double back = random_below(r, 5) ? 30 : 0;
     return (VolRay){vol_along(target, -back, direction), direction, 0, INFINITY};
+}
+
+/* A packet of rays through the scene's kernel. */
+static inline void trace_rays(const VolScene *scene, const VolRay *rays, size_t count, VolRadiance *out)
+{
+    VolScratch scratch;
+    if (vol_scratch_new(scene, &scratch, NULL))
+        abort();
+    memset(out, 0, count * sizeof *out);
+    vol_kernel(scene)(scene, &scratch, rays, count, out);
+    vol_scratch_free(&scratch);
 }
 
 #endif

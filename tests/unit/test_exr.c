@@ -91,7 +91,7 @@ static void test_round_trip(void)
     VolImage image = sample_image(), again;
     for (int compression = VOL_EXR_NONE; compression <= VOL_EXR_PIZ; compression++) {
         VolBytes bytes, bytes2;
-        CHECK(!vol_exr_write(&image, (VolExrCompression)compression, &bytes, NULL, &err));
+        CHECK(!vol_exr_write(&image, (VolExrCompression)compression, 1, &bytes, NULL, &err));
         if (vol_exr_read(&bytes, "x", &again, &err)) {
             FAIL("%s", err.text);
             return;
@@ -104,11 +104,34 @@ static void test_round_trip(void)
             CHECK(again.parts[p].screen_center[0] == 0 && again.parts[p].screen_center[1] == 0.5);
             check_attrs(&image.parts[p], &again.parts[p]);
         }
-        CHECK(!vol_exr_write(&again, (VolExrCompression)compression, &bytes2, NULL, &err));
+        CHECK(!vol_exr_write(&again, (VolExrCompression)compression, 1, &bytes2, NULL, &err));
         CHECK(bytes.size == bytes2.size && memcmp(bytes.data, bytes2.data, bytes.size) == 0);
         vol_bytes_free(&bytes);
         vol_bytes_free(&bytes2);
         vol_image_free(&again);
+    }
+    vol_image_free(&image);
+}
+
+static void test_threads_write_the_same_bytes(void)
+{
+    VolImage image = new_image((VolBox2){0, -7, 99, 400}, (VolBox2){0, 0, 99, 99});
+    VolChannel *channel;
+    CHECK(!vol_part_add_channel(&image.parts[0], "half", VOL_PIXEL_HALF, &channel, &err));
+    for (int i = 0; i < 100 * 408; i++)
+        channel->data[i] = i % 7 ? (float)(i * 31 % 977) : 1e6F;
+    for (int compression = VOL_EXR_NONE; compression <= VOL_EXR_PIZ; compression++) {
+        VolBytes one, many;
+        uint64_t clamped = 0;
+        CHECK(!vol_exr_write(&image, (VolExrCompression)compression, 1, &one, &clamped, &err));
+        for (int threads = 2; threads <= 8; threads += 3) {
+            uint64_t clamped_too = 0;
+            CHECK(!vol_exr_write(&image, (VolExrCompression)compression, threads, &many, &clamped_too, &err));
+            CHECK(one.size == many.size && memcmp(one.data, many.data, one.size) == 0);
+            CHECK(clamped == (100 * 408 + 6) / 7 && clamped_too == clamped);
+            vol_bytes_free(&many);
+        }
+        vol_bytes_free(&one);
     }
     vol_image_free(&image);
 }
@@ -125,7 +148,7 @@ static void test_special_values(void)
         memcpy(channel->data, values, sizeof values);
     }
     VolBytes bytes;
-    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, &bytes, &clamped, &err));
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, &clamped, &err));
     CHECK(clamped == 7);
     CHECK(!vol_exr_read(&bytes, "x", &again, &err));
     const float *f = again.parts[0].channels[0].data, *h = again.parts[0].channels[1].data;
@@ -216,9 +239,9 @@ static void test_refused(void)
     CHECK(image.part_count == 0 && image.parts == NULL);
     VolBytes bytes;
     image = (VolImage){0};
-    CHECK(vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err) == VOL_BAD_INPUT);
+    CHECK(vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err) == VOL_BAD_INPUT);
     image = new_image((VolBox2){0, 0, 1, 1}, (VolBox2){0, 0, 1, 1});
-    CHECK(vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err) == VOL_BAD_INPUT);
+    CHECK(vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err) == VOL_BAD_INPUT);
     CHECK_TEXT(err.text, "cannot write EXR: part 0 has no channels");
     CHECK(bytes.data == NULL);
     vol_image_free(&image);
@@ -242,7 +265,7 @@ static void test_cut(void)
 {
     VolImage image = sample_image();
     VolBytes bytes;
-    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err));
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
     check_cuts(bytes.data, bytes.size);
     vol_bytes_free(&bytes);
     vol_image_free(&image);
@@ -289,7 +312,7 @@ static void test_bombs(void)
     VolImage image = new_image((VolBox2){0, 0, 7, 0}, (VolBox2){0, 0, 7, 0}), again;
     add_channel(&image.parts[0], "Y", VOL_PIXEL_FLOAT, 1);
     VolBytes bytes;
-    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err));
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
     struct rusage before, after;
     getrusage(RUSAGE_SELF, &before);
     const int32_t claims[3][4] = {{0, 0, 67108863, 67108863}, {0, 0, 99999999, 0}, {0, 0, 99999, 99999}};
@@ -318,7 +341,7 @@ static void test_named_damage(void)
     VolImage image = new_image((VolBox2){0, 0, 31, 47}, (VolBox2){0, 0, 31, 47}), again;
     add_channel(&image.parts[0], "Y", VOL_PIXEL_FLOAT, 1);
     VolBytes bytes;
-    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err));
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
     CHECK(vol_exr_read(&(VolBytes){bytes.data, bytes.size - 10, false}, "a.exr", &again, &err) == VOL_BAD_INPUT);
     CHECK(strstr(err.text, "damaged EXR 'a.exr': part 0, scan line 32"));
     memset(bytes.data + bytes.size - 40, 0x55, 40);
@@ -340,6 +363,7 @@ static void test_header_only(void)
 int main(void)
 {
     RUN(test_round_trip);
+    RUN(test_threads_write_the_same_bytes);
     RUN(test_special_values);
     RUN(test_other_writers);
     RUN(test_other_compressions);

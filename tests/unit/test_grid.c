@@ -3,6 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/pool.h"
+#include "grid/grid_internal.h"
 #include "tests/unit/random_scene.h"
 #include "tests/unit/test.h"
 
@@ -159,6 +161,204 @@ static void doubles_are_kept(void)
     vol_grid_free(grid);
 }
 
+/* ---- threads ---- */
+
+/* The blocks of 8^3 voxels that a random grid's domain touches, as leaves. */
+typedef struct Blocks {
+    const VolGrid *from;
+    VolGridBuilder *builder;
+    int32_t lo[3];
+    size_t dims[3], count;
+} Blocks;
+
+static void origin_of(const Blocks *blocks, size_t n, int32_t origin[3])
+{
+    origin[0] = blocks->lo[0] + 8 * (int32_t)(n / (blocks->dims[1] * blocks->dims[2]));
+    origin[1] = blocks->lo[1] + 8 * (int32_t)(n / blocks->dims[2] % blocks->dims[1]);
+    origin[2] = blocks->lo[2] + 8 * (int32_t)(n % blocks->dims[2]);
+}
+
+static VolStatus put_block(void *user, size_t index, int thread, VolError *err)
+{
+    const Blocks *blocks = user;
+    const VolGrid *from = blocks->from;
+    int32_t origin[3];
+    float values[512];
+    uint64_t active[8] = {0};
+    (void)thread;
+    origin_of(blocks, index, origin);
+    for (int n = 0; n < 512; n++) {
+        const int32_t at[3] = {origin[0] + (n >> 6), origin[1] + (n >> 3 & 7), origin[2] + (n & 7)};
+        bool inside = true;
+        for (int a = 0; a < 3; a++)
+            inside = inside && at[a] >= from->voxel_min[a] && at[a] <= from->voxel_max[a];
+        values[n] = inside ? (float)vol_grid_voxel(from, at[0], at[1], at[2]) : -7;
+        if (inside)
+            active[n >> 6] |= (uint64_t)1 << (n & 63);
+    }
+    return vol_grid_leaf(blocks->builder, origin, values, NULL, active, err);
+}
+
+/* Over threads leaves are placed first, and come in whatever order the threads take. */
+static VolGrid *rebuild(const VolGrid *from, bool wide, int threads)
+{
+    VolGridSource source = {.index_to_world = identity, .background = from->background, .as_double = wide,
+                            .box = from->domain == VOL_DOMAIN_BOX, .threads = threads};
+    Blocks blocks = {.from = from, .count = 1};
+    VolGrid *grid;
+    for (int a = 0; a < 3; a++) {
+        source.box_min[a] = from->voxel_min[a];
+        source.box_max[a] = from->voxel_max[a];
+        blocks.lo[a] = from->voxel_min[a] & ~7;
+        blocks.dims[a] = (size_t)((from->voxel_max[a] >> 3) - (from->voxel_min[a] >> 3)) + 1;
+        blocks.count *= blocks.dims[a];
+    }
+    if (vol_grid_begin(&source, &blocks.builder, NULL))
+        abort();
+    for (size_t n = 0; n < blocks.count && threads > 1; n++) {
+        int32_t origin[3];
+        origin_of(&blocks, n, origin);
+        CHECK(vol_grid_place(blocks.builder, origin, NULL) == VOL_OK);
+    }
+    CHECK(vol_parallel(threads, blocks.count, put_block, &blocks, NULL) == VOL_OK);
+    if (vol_grid_finish(blocks.builder, &grid, NULL))
+        abort();
+    return grid;
+}
+
+static void check_same_grid(const VolGrid *a, const VolGrid *b)
+{
+    size_t size = a->is_double ? sizeof(double) : sizeof(float);
+    CHECK(a->brick_count == b->brick_count && a->stored_bricks == b->stored_bricks && a->node_count == b->node_count);
+    CHECK(a->bad_voxels == b->bad_voxels);
+    if (a->brick_count != b->brick_count || a->stored_bricks != b->stored_bricks || a->node_count != b->node_count)
+        return;
+    CHECK(memcmp(a->values, b->values, a->stored_bricks * VOL_BRICK_STRIDE * size) == 0);
+    for (size_t n = 0; n < a->brick_count; n++) {
+        const VolBrick *p = &a->bricks[n], *q = &b->bricks[n];
+        CHECK(p->lo == q->lo && p->hi == q->hi && p->uniform == q->uniform && p->storage == q->storage &&
+              p->holes == q->holes);
+    }
+    for (size_t n = 0; n < a->node_count; n++)
+        CHECK(memcmp(a->nodes[n].at, b->nodes[n].at, sizeof a->nodes[n].at) == 0 &&
+              memcmp(a->nodes[n].bricks, b->nodes[n].bricks, VOL_NODE_ENTRIES * sizeof(uint32_t)) == 0);
+}
+
+static void threads_build_the_same_grid(void)
+{
+    for (uint64_t seed = 1; seed <= 60; seed++) {
+        Random r = {seed};
+        RandomScene s;
+        memset(&s, 0, sizeof s);
+        s.grid = random_grid(&r, 0, &s);
+        VolGrid *one = rebuild(s.grid, seed % 2, 1), *four = rebuild(s.grid, seed % 2, 4);
+        check_bricks(one);
+        check_same_grid(one, four);
+        CHECK(one->bad_voxels == s.grid->bad_voxels);
+        vol_grid_free(one);
+        vol_grid_free(four);
+        vol_grid_free(s.grid);
+    }
+}
+
+/* ---- finding nodes ---- */
+
+/* One leaf in each of the nodes at `at`. */
+static VolGrid *leaves_in_nodes(const int32_t (*at)[3], size_t count)
+{
+    VolGridSource source = {.index_to_world = identity};
+    VolGridBuilder *builder;
+    VolGrid *grid;
+    float values[512];
+    uint64_t active[8];
+    memset(active, 0xff, sizeof active);
+    for (int a = 0; a < 3; a++) {
+        source.box_min[a] = INT32_MAX;
+        source.box_max[a] = INT32_MIN;
+        for (size_t n = 0; n < count; n++) {
+            int32_t lo = at[n][a] * VOL_NODE_CELLS;
+            source.box_min[a] = lo < source.box_min[a] ? lo : source.box_min[a];
+            source.box_max[a] = lo + 127 > source.box_max[a] ? lo + 127 : source.box_max[a];
+        }
+    }
+    if (vol_grid_begin(&source, &builder, NULL))
+        abort();
+    for (size_t n = 0; n < count; n++) {
+        const int32_t origin[3] = {at[n][0] * VOL_NODE_CELLS + 64, at[n][1] * VOL_NODE_CELLS + 64,
+                                   at[n][2] * VOL_NODE_CELLS + 64};
+        for (int i = 0; i < 512; i++)
+            values[i] = (float)(n + 1);
+        CHECK(vol_grid_leaf(builder, origin, values, NULL, active, NULL) == VOL_OK);
+    }
+    if (vol_grid_finish(builder, &grid, NULL))
+        abort();
+    return grid;
+}
+
+static void the_table_and_the_hash_find_the_same_nodes(void)
+{
+    Random r = {1};
+    for (int round = 0; round < 20; round++) {
+        int32_t at[40][3], base[3];
+        for (int a = 0; a < 3; a++)
+            base[a] = random_below(&r, 2000) - 1000;
+        for (int n = 0; n < 40; n++)
+            for (int a = 0; a < 3; a++)
+                at[n][a] = base[a] + random_below(&r, 6);
+        VolGrid *grid = leaves_in_nodes((const int32_t(*)[3])at, 40);
+        CHECK(grid->table && !grid->hash);
+        CHECK(vol_grid_rehash(grid, 1024, NULL) == VOL_OK);
+        size_t found = 0;
+        for (int32_t x = base[0] - 2; x < base[0] + 8; x++)
+            for (int32_t y = base[1] - 2; y < base[1] + 8; y++)
+                for (int32_t z = base[2] - 2; z < base[2] + 8; z++) {
+                    const VolNode *node = vol_grid_node(grid, x, y, z);
+                    CHECK(node == vol_grid_hashed_node(grid, x, y, z));
+                    CHECK(!node || (node->at[0] == x && node->at[1] == y && node->at[2] == z));
+                    found += node != NULL;
+                }
+        CHECK(found == grid->node_count && found > 20);
+        static const int32_t far[] = {INT32_MIN / 128, -1, 0, 1, INT32_MAX / 128}; /* of where the nodes are, around */
+        for (int n = 0; n < 125; n++) {
+            int32_t x = far[n % 5], y = far[n / 5 % 5], z = far[n / 25];
+            CHECK(vol_grid_node(grid, x, y, z) == vol_grid_hashed_node(grid, x, y, z));
+        }
+        vol_grid_free(grid);
+    }
+}
+
+/* Two leaves so far apart that a table would be huge. */
+static void distant_leaves_are_hashed(void)
+{
+    static const int32_t at[2][3] = {{-500, 3, 400}, {900, -700, 5}};
+    VolGrid *grid = leaves_in_nodes(at, 2);
+    CHECK(!grid->table && grid->hash && grid->node_count == 2);
+    for (int n = 0; n < 2; n++)
+        CHECK(vol_grid_voxel(grid, at[n][0] * 128 + 66, at[n][1] * 128 + 65, at[n][2] * 128 + 71) == n + 1);
+    CHECK(vol_grid_voxel(grid, 0, 0, 0) == 0);
+    check_same_grid(grid, grid);
+    vol_grid_free(grid);
+}
+
+/* ---- the pool ---- */
+
+static void the_pool_is_aligned_and_may_be_read_past_its_end(void)
+{
+    for (int wide = 0; wide < 2; wide++)
+        for (int32_t side = 1; side <= 200; side = 2 * side + 5) {
+            const int32_t lo[3] = {0, 0, 0}, hi[3] = {side, side, side};
+            VolGrid *grid = ramp(true, lo, hi, 1, 2, 3, wide);
+            size_t bytes = grid->stored_bricks * VOL_BRICK_STRIDE * (wide ? 8 : 4);
+            const unsigned char *end = (const unsigned char *)grid->values + bytes;
+            CHECK((uintptr_t)grid->values % ((size_t)1 << 21) == 0);
+            CHECK(bytes + 64 <= grid->pool.bytes);
+            for (int n = 0; n < 64; n++)
+                CHECK(end[n] == 0);
+            check_bricks(grid);
+            vol_grid_free(grid);
+        }
+}
+
 static void what_cannot_be_served_is_refused(void)
 {
     VolGridBuilder *builder;
@@ -178,6 +378,10 @@ int main(void)
     RUN(gradients_are_central_and_one_sided_at_faces);
     RUN(a_box_of_one_voxel_is_constant_along_it);
     RUN(doubles_are_kept);
+    RUN(threads_build_the_same_grid);
+    RUN(the_table_and_the_hash_find_the_same_nodes);
+    RUN(distant_leaves_are_hashed);
+    RUN(the_pool_is_aligned_and_may_be_read_past_its_end);
     RUN(what_cannot_be_served_is_refused);
     return test_end();
 }

@@ -44,8 +44,8 @@ static void test_whole(void)
     VolImage whole = crop(0, 0, 9, 7), joined;
     CHECK(!join(crops, 4, &joined));
     VolBytes want, got;
-    CHECK(!vol_exr_write(&whole, VOL_EXR_ZIP, &want, NULL, &err));
-    CHECK(!vol_exr_write(&joined, VOL_EXR_ZIP, &got, NULL, &err));
+    CHECK(!vol_exr_write(&whole, VOL_EXR_ZIP, 1, &want, NULL, &err));
+    CHECK(!vol_exr_write(&joined, VOL_EXR_ZIP, 1, &got, NULL, &err));
     CHECK(want.size == got.size && memcmp(want.data, got.data, want.size) == 0);
     vol_bytes_free(&want);
     vol_bytes_free(&got);

@@ -1,8 +1,12 @@
-/* The ray kernels against each other and against a march that shares nothing with them but the scene. */
+/* The ray kernels against each other and against a march that shares nothing with them but the scene.
+ *
+ *     test_kernels [--seed N]    random scenes N+1, N+2, ... (default 0; a failure names its seed)
+ *     test_kernels --bench       seconds of every kernel on larger scenes, against its scalar level */
 #include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "base/cpu.h"
 #include "tests/unit/random_scene.h"
@@ -10,12 +14,14 @@
 
 enum { SCENES = 150, RAYS = 40 };
 
+static uint64_t first_seed;
+
 static VolRadiance traced(RandomScene *s, VolCpu cpu, VolEstimator estimator, const VolRay *ray)
 {
     VolRadiance out;
     s->scene.cpu = cpu;
     s->scene.estimator = estimator;
-    vol_kernel(&s->scene)(&s->scene, ray, &out);
+    trace_rays(&s->scene, ray, 1, &out);
     return out;
 }
 
@@ -24,7 +30,7 @@ static void compare_levels(bool precise)
     VolCpu best;
     if (vol_cpu_choose("auto", &best, NULL))
         FAIL("no cpu level");
-    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++) {
         Random r = {seed};
         RandomScene s;
         random_scene(&r, 0, &s);
@@ -48,12 +54,44 @@ static void compare_levels(bool precise)
     }
 }
 
+/* A ray's result is its own: alone, or with others in any place. */
+static void company_changes_nothing(void)
+{
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++)
+        for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
+            Random r = {seed};
+            RandomScene s;
+            random_scene(&r, 0, &s);
+            s.scene.precise = seed % 4 == 0;
+            s.scene.estimator = (VolEstimator)e;
+            s.scene.layers = seed % 2 ? VOL_LAYER_Z | VOL_LAYER_SURFACE : 0;
+            if (vol_cpu_choose("auto", &s.scene.cpu, NULL) || vol_scene_prepare(&s.scene, NULL))
+                abort();
+            VolRay rays[VOL_PACKET];
+            VolRadiance all[VOL_PACKET], one;
+            size_t count = 0;
+            for (int tries = 0; tries < 100 && count < VOL_PACKET; tries++) {
+                rays[count] = random_ray(&r, &s);
+                count += vol_ray_clip(&s.scene, &rays[count]);
+            }
+            trace_rays(&s.scene, rays, count, all);
+            for (size_t i = 0; i < count; i++) {
+                trace_rays(&s.scene, &rays[i], 1, &one);
+                if (memcmp(&one, &all[i], sizeof one) != 0)
+                    FAIL("seed %d ray %d estimator %d: %.17g alone, %.17g in company", (int)seed, (int)i, e, one.color[0],
+                         all[i].color[0]);
+            }
+            vol_scene_release(&s.scene);
+            random_scene_free(&s);
+        }
+}
+
 static void every_level_gives_the_same_bytes_in_float(void) { compare_levels(false); }
 static void every_level_gives_the_same_bytes_in_double(void) { compare_levels(true); }
 
 static void skipping_changes_nothing(void)
 {
-    for (uint64_t seed = 1; seed <= SCENES; seed++)
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++)
         for (int precise = 0; precise < 2; precise++) {
             Random r = {seed};
             RandomScene s;
@@ -70,8 +108,8 @@ static void skipping_changes_nothing(void)
                 for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
                     VolRadiance a, b;
                     s.scene.estimator = plain.estimator = (VolEstimator)e;
-                    vol_kernel(&s.scene)(&s.scene, &ray, &a);
-                    vol_kernel(&plain)(&plain, &ray, &b);
+                    trace_rays(&s.scene, &ray, 1, &a);
+                    trace_rays(&plain, &ray, 1, &b);
                     if (memcmp(&a, &b, sizeof a) != 0)
                         FAIL("seed %d ray %d estimator %d precise %d: %.17g with skipping, %.17g without (tau %.17g, %.17g)",
                              (int)seed, i, e, precise, a.color[0], b.color[0], a.tau[0], b.tau[0]);
@@ -87,7 +125,7 @@ static void skipping_changes_nothing(void)
 static void float_stays_near_double(void)
 {
     double worst = 0, sum = 0, count = 0;
-    for (uint64_t seed = 1; seed <= 4 * SCENES; seed++) {
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + 4 * SCENES; seed++) {
         Random r = {seed};
         RandomScene s;
         random_scene(&r, RANDOM_NO_PLATEAUS | RANDOM_NO_DELTAS | RANDOM_UNSHADED, &s);
@@ -100,8 +138,8 @@ static void float_stays_near_double(void)
             if (!vol_ray_clip(&s.scene, &ray))
                 continue;
             VolRadiance a, b;
-            vol_kernel(&s.scene)(&s.scene, &ray, &a);
-            vol_kernel(&precise)(&precise, &ray, &b);
+            trace_rays(&s.scene, &ray, 1, &a);
+            trace_rays(&precise, &ray, 1, &b);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(a.color[c] - b.color[c]) / fmax(1, fabs(b.color[c]));
                 worst = fmax(worst, error);
@@ -170,7 +208,7 @@ static void march(const RandomScene *s, const VolRay *ray, int steps, double col
 static void exact_agrees_with_a_fine_march(void)
 {
     double worst = 0;
-    for (uint64_t seed = 1; seed <= 60; seed++) {
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + 60; seed++) {
         Random r = {seed};
         RandomScene s;
         random_scene(&r, RANDOM_NO_DELTAS | RANDOM_UNSHADED, &s);
@@ -183,7 +221,7 @@ static void exact_agrees_with_a_fine_march(void)
                 continue;
             VolRadiance got;
             double color[3], tau[3];
-            vol_kernel(&s.scene)(&s.scene, &ray, &got);
+            trace_rays(&s.scene, &ray, 1, &got);
             march(&s, &ray, 40000, color, tau);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(got.color[c] - color[c]) / fmax(1, color[c]);
@@ -201,10 +239,18 @@ static void exact_agrees_with_a_fine_march(void)
     printf("# largest difference from the march: %.3g\n", worst);
 }
 
+static void stop_at(VolScene *scene, double opacity)
+{
+    vol_scene_release(scene);
+    scene->stop_opacity = opacity;
+    if (vol_scene_prepare(scene, NULL))
+        abort();
+}
+
 static void early_termination_keeps_its_bound(void)
 {
     double worst = 0;
-    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++) {
         Random r = {seed};
         RandomScene s;
         random_scene(&r, 0, &s);
@@ -216,10 +262,10 @@ static void early_termination_keeps_its_bound(void)
             if (!vol_ray_clip(&s.scene, &ray))
                 continue;
             VolRadiance all, cut;
-            s.scene.stop_opacity = 0x1p-200;
-            vol_kernel(&s.scene)(&s.scene, &ray, &all);
-            s.scene.stop_opacity = 0x1p-10;
-            vol_kernel(&s.scene)(&s.scene, &ray, &cut);
+            stop_at(&s.scene, 0x1p-200);
+            trace_rays(&s.scene, &ray, 1, &all);
+            stop_at(&s.scene, 0x1p-10);
+            trace_rays(&s.scene, &ray, 1, &cut);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(all.color[c] - cut.color[c]);
                 error = fmax(error, fabs(exp(-all.tau[c]) - exp(-cut.tau[c])));
@@ -236,10 +282,11 @@ static void early_termination_keeps_its_bound(void)
 
 static void parts_add_up_to_the_colour(void)
 {
-    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++) {
         Random r = {seed};
         RandomScene s;
         random_scene(&r, 0, &s);
+        s.scene.layers = VOL_LAYER_SURFACE;
         if (vol_scene_prepare(&s.scene, NULL))
             abort();
         for (int i = 0; i < RAYS; i++) {
@@ -260,10 +307,140 @@ static void parts_add_up_to_the_colour(void)
     }
 }
 
-int main(void)
+/* ---- Bench ---- */
+
+static const char *const bench_tf[][2] = {
+    {"particles", "\"scatter\": [[0.3, 0, [0.1, 0.1, 0.6]], [0.5, 0.05, [0.9, 0.9, 0.3]], [1, 0.2]]"},
+    {"shaded surfaces", "\"scatter\": [[0.3, 0], [1, 0.1]], \"surface\": [[0.5, 0], [0.55, 0.1], [0.6, 0]]"},
+    {"all terms", "\"scatter\": [[0.3, 0], [1, 0.1]], \"surface\": [[0.5, 0], [0.55, 0.1], [0.6, 0]], "
+                  "\"absorb\": [[0, 0], [1, 0.1, [1, 0.5, 0.2]]], \"emit\": [[0.8, 0], [0.9, 0.2, [1, 0.3, 0]]], "
+                  "\"isosurfaces\": [{\"value\": 0.4, \"opacity\": 0.3}]"}};
+
+static double seconds_now(void)
 {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Waves in a cube of 64^3 voxels. */
+static void bench_grid(RandomScene *s)
+{
+    enum { SIDE = 64 };
+    VolGridSource source = {.box = true, .box_max = {SIDE - 1, SIDE - 1, SIDE - 1}};
+    VolGridBuilder *builder;
+    for (int a = 0; a < 3; a++)
+        source.index_to_world.m[a][a] = 1;
+    if (vol_grid_begin(&source, &builder, NULL))
+        abort();
+    for (int b = 0; b < SIDE * SIDE * SIDE / 512; b++) {
+        float values[512];
+        uint64_t active[8];
+        int32_t origin[3] = {b / 64 * 8, b / 8 % 8 * 8, b % 8 * 8};
+        memset(active, 255, sizeof active);
+        for (int n = 0; n < 512; n++)
+            values[n] = (float)(0.5 + 0.17 * (sin((origin[0] + (n >> 6)) * 0.31) + sin((origin[1] + (n >> 3 & 7)) * 0.27) +
+                                              sin((origin[2] + (n & 7)) * 0.23)));
+        if (vol_grid_leaf(builder, origin, values, NULL, active, NULL))
+            abort();
+    }
+    if (vol_grid_finish(builder, &s->grid, NULL))
+        abort();
+    s->scene.grid = s->grid;
+}
+
+/* Seconds for a square of rays; best of three. */
+static double bench_rays(VolScene *scene, double *cells)
+{
+    enum { SIDE = 96 };
+    VolScratch scratch;
+    double best = INFINITY;
+    if (vol_scratch_new(scene, &scratch, NULL))
+        abort();
+    for (int run = 0; run < 3; run++) {
+        double begin = seconds_now();
+        *cells = 0;
+        for (int n = 0; n < SIDE * SIDE; n += VOL_PACKET) {
+            VolRay rays[VOL_PACKET];
+            VolRadiance out[VOL_PACKET];
+            size_t count = 0;
+            for (int i = 0; i < VOL_PACKET; i++) {
+                int x = n / (2 * SIDE) * 2 + i / 4, y = n % (2 * SIDE) / VOL_PACKET * 4 + i % 4;
+                VolVec3 from = {90.0 * x / SIDE - 20, 90.0 * y / SIDE - 20, -200}, to = {31.5, 31.5, 31.5};
+                VolVec3 d = vol_vec3(0.3 * (to.x - from.x), 0.3 * (to.y - from.y), to.z - from.z);
+                rays[count] = (VolRay){from, vol_scale(d, 1 / vol_length(d)), 0, INFINITY};
+                count += vol_ray_clip(scene, &rays[count]);
+            }
+            if (count)
+                vol_kernel(scene)(scene, &scratch, rays, count, out);
+            for (size_t i = 0; i < count; i++)
+                *cells += out[i].cells;
+        }
+        best = fmin(best, seconds_now() - begin);
+    }
+    vol_scratch_free(&scratch);
+    return best;
+}
+
+static void bench_kernel(RandomScene *s, const char *tf_name, VolCpu best)
+{
+    static const char *const names[] = {"exact", "full", "integrals", "direct"};
+    for (int precise = 0; precise < 2; precise++)
+        for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
+            double seconds[2], cells = 0;
+            s->scene.precise = precise;
+            s->scene.estimator = (VolEstimator)e;
+            for (int level = 0; level < 2; level++) {
+                s->scene.cpu = level ? best : VOL_CPU_SCALAR;
+                if (vol_scene_prepare(&s->scene, NULL))
+                    abort();
+                seconds[level] = bench_rays(&s->scene, &cells);
+                vol_scene_release(&s->scene);
+            }
+            printf("%-16s %-10s %-6s %7.1f ns per cell or sample, scalar %7.1f: %5.1f times\n", tf_name, names[e],
+                   precise ? "double" : "float", 1e9 * seconds[1] / cells, 1e9 * seconds[0] / cells,
+                   seconds[0] / seconds[1]);
+        }
+}
+
+static void bench(void)
+{
+    VolCpu best;
+    if (vol_cpu_choose("auto", &best, NULL))
+        abort();
+    for (size_t i = 0; i < sizeof bench_tf / sizeof *bench_tf; i++) {
+        char text[2000];
+        RandomScene s = {.scene = {.skip = true, .light_count = 1, .step = 0.5}};
+        snprintf(text, sizeof text, "{\"pellucid\": \"transfer-function/1\", %s}", bench_tf[i][1]);
+        VolBytes bytes = {(unsigned char *)text, strlen(text), false};
+        VolPreintOptions options = {.hi = 1, .n = 256, .step = 0.5, .octaves = 1, .change = INFINITY, .threads = 1};
+        bench_grid(&s);
+        if (vol_tf_parse(&bytes, "bench", &s.tf, NULL, NULL) || vol_tf_compile(&s.tf, NULL, &s.compiled, NULL) ||
+            vol_preint_build(&s.compiled, &options, &s.tables, NULL) ||
+            vol_tf_integrals_new(&s.compiled, &s.integrals, NULL))
+            abort();
+        s.lights[0] = vol_light_head();
+        s.scene.tf = &s.compiled;
+        s.scene.lights = s.lights;
+        s.scene.preint = &s.tables;
+        s.scene.integrals = &s.integrals;
+        bench_kernel(&s, bench_tf[i][0], best);
+        random_scene_free(&s);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    if (argc == 2 && strcmp(argv[1], "--bench") == 0) {
+        bench();
+        return 0;
+    }
+    if (argc == 3 && strcmp(argv[1], "--seed") == 0)
+        first_seed = strtoull(argv[2], NULL, 10);
+    printf("# seeds from %llu\n", (unsigned long long)first_seed + 1);
     RUN(every_level_gives_the_same_bytes_in_float);
     RUN(every_level_gives_the_same_bytes_in_double);
+    RUN(company_changes_nothing);
     RUN(skipping_changes_nothing);
     RUN(float_stays_near_double);
     RUN(exact_agrees_with_a_fine_march);

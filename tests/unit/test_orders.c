@@ -63,11 +63,20 @@ static void free_cell(OneCell *cell)
     vol_grid_free(cell->grid);
 }
 
+/* The tables belong to what is prepared. */
+static void traced(VolScene *scene, const VolRay *ray, VolRadiance *out)
+{
+    vol_scene_release(scene);
+    if (vol_scene_prepare(scene, NULL))
+        abort();
+    trace_rays(scene, ray, 1, out);
+}
+
 static double error_of(OneCell *cell, const VolRay *ray, VolEstimator estimator, int steps)
 {
     VolRadiance exact, got;
     cell->scene.estimator = VOL_ESTIMATE_EXACT;
-    vol_kernel(&cell->scene)(&cell->scene, ray, &exact);
+    traced(&cell->scene, ray, &exact);
     cell->scene.estimator = estimator;
     cell->scene.step = (ray->t1 - ray->t0) / steps;
     VolPreint tables = {0};
@@ -76,7 +85,7 @@ static double error_of(OneCell *cell, const VolRay *ray, VolEstimator estimator,
     if (estimator == VOL_ESTIMATE_FULL && vol_preint_build(&cell->compiled, &options, &tables, NULL))
         abort();
     cell->scene.preint = &tables;
-    vol_kernel(&cell->scene)(&cell->scene, ray, &got);
+    traced(&cell->scene, ray, &got);
     vol_preint_free(&tables);
     return fmax(fabs(exact.color[0] - got.color[0]), fabs(exp(-exact.tau[0]) - exp(-got.tau[0])));
 }
@@ -143,7 +152,7 @@ static void tables_are_second_order_with_isosurfaces(void)
         VolPreint none = {.integrals = cell.integrals, .hi = 1, .n = 2, .channels = 1};
         VolRadiance want, got;
         cell.scene.preint = &none;
-        vol_kernel(&cell.scene)(&cell.scene, &ray, &want);
+        traced(&cell.scene, &ray, &want);
         for (int o = 0; o < OCTAVES; o++) {
             VolPreint tables;
             VolPreintOptions options = {.lo = 0, .hi = 1, .n = ((size_t)64 << o) + 1, .step = cell.scene.step, .octaves = 1,
@@ -151,7 +160,7 @@ static void tables_are_second_order_with_isosurfaces(void)
             if (vol_preint_build(&cell.compiled, &options, &tables, NULL))
                 abort();
             cell.scene.preint = &tables;
-            vol_kernel(&cell.scene)(&cell.scene, &ray, &got);
+            traced(&cell.scene, &ray, &got);
             vol_preint_free(&tables);
             double e = got.color[0] - want.color[0];
             rms[o] += e * e;

@@ -153,7 +153,7 @@ static void test_exr(void)
         channel->data[0] = (float)c;
         channel->data[1] = NAN;
     }
-    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err));
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
     VolPixels pixels;
     CHECK(!read_copy(bytes.data, bytes.size, false, &pixels));
     CHECK(pixels.channels == 4 && pixels.width == 2 && pixels.height == 1);

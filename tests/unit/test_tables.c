@@ -32,7 +32,7 @@ static VolImage image_of(const VolTables *tables, unsigned parts)
     VolImage image, back;
     VolBytes bytes;
     VolError err = {{0}};
-    if (vol_tables_to_image(tables, parts, &image, &err) || vol_exr_write(&image, VOL_EXR_ZIP, &bytes, NULL, &err) ||
+    if (vol_tables_to_image(tables, parts, &image, &err) || vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err) ||
         vol_exr_read(&bytes, "test.exr", &back, &err))
         FAIL("%s", err.text);
     vol_bytes_free(&bytes);
@@ -207,7 +207,7 @@ static void test_loading_any_kind(void)
     VolError err = {{0}};
     bool relative;
     CHECK(vol_tables_to_image(tables, VOL_TABLES_FULL, &image, &err) == VOL_OK);
-    CHECK(vol_exr_write(&image, VOL_EXR_NONE, &bytes, NULL, &err) == VOL_OK);
+    CHECK(vol_exr_write(&image, VOL_EXR_NONE, 1, &bytes, NULL, &err) == VOL_OK);
     CHECK(vol_load_transfer_function(&bytes, "t.exr", NULL, NULL, &tf, &relative, &back, &err) == VOL_OK);
     CHECK(back && back->preint.octave_count == 1 && !relative && tf.particle_step == 0.25);
     vol_tf_free(&tf);

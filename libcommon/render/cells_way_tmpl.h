@@ -1,0 +1,180 @@
+/* The way of LANES rays through bricks and their cells, for the exact estimator: on to the next cell with something in it.
+ * Include pieces_tmpl.h first. */
+#ifndef VOL_RENDER_CELLS_WAY_TMPL_H
+#define VOL_RENDER_CELLS_WAY_TMPL_H
+
+#include "render/pieces_tmpl.h"
+
+static void cells_begin(Cells *k, const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count,
+                        VolRadiance *out)
+{
+    memset(k, 0, sizeof *k);
+    lanes_begin(&k->lanes, scene, scratch, rays, count, out);
+    for (int i = 0; i < LANES; i++)
+        k->carry_t[i] = NAN;
+    for (int a = 0; a < 3; a++) {
+        ints up = (ints)(k->lanes.d[a] > 0);
+        k->sign[a] = reals_select(up, reals_all(1), reals_all(-1));
+        k->upper[a] = reals_select(up, reals_all(1), reals_all(0));
+        k->last[a] = k->upper[a] * (VOL_BRICK_CELLS - 1);
+    }
+}
+
+/* Where a ray reaches the next face across an axis.  The brick's own faces are none: where it leaves the brick, `end`
+ * says, and a cell beyond is never entered whatever rounding makes of a slanting ray. */
+static inline real next_face(real at, real e, real d, real inv)
+{
+    if (d == 0 || at == (d > 0 ? VOL_BRICK_CELLS - 1 : 0))
+        return INFINITY;
+    return (at + (d > 0) - e) * inv;
+}
+
+/* Lane i goes to its next brick, to the cell where its ray enters that. */
+static void enter_brick(Cells *k, unsigned i, unsigned terms)
+{
+    Lanes *l = &k->lanes;
+    if (!lanes_enter(l, i, !(terms & TERM_CLASSIC), true))
+        return;
+    const BrickSpan *span = &l->span[i];
+    for (int a = 0; a < 3; a++) {
+        real d = l->d[a][i], e = real_clamp((real)span->e[a], 0, VOL_BRICK_CELLS);
+        real at = d < 0 ? real_ceil(e) - 1 : real_floor(e);
+        at = real_min(real_max(at, 0), VOL_BRICK_CELLS - 1);
+        k->e[a][i] = e;
+        k->at[a][i] = at;
+        k->next[a][i] = l->single[i] ? INFINITY : next_face(at, e, d, l->inv[a][i]);
+        k->entered[a][i] = 0;
+        k->exit_axes[a][i] = -(lane_int)(span->exit_axes >> a & 1);
+    }
+    k->u[i] = 0;
+    k->end[i] = (real)(span->t1 - span->t0);
+    if (terms & TERM_ISO)
+        k->carried[i] = k->carry_t[i] == span->t0 ? -1 : 0;
+}
+
+/* On to the neighbouring cell, or out of the brick. */
+ALWAYS_INLINE void next_cell(Cells *k, ints mask, reals u1, ints inside)
+{
+    Lanes *l = &k->lanes;
+    ints going = mask & inside;
+    for (int a = 0; a < 3; a++) {
+        ints through = going & (ints)(k->next[a] <= u1);
+        reals at = k->at[a] + reals_where(through, k->sign[a]);
+        reals face = (at + k->upper[a] - k->e[a]) * l->inv[a];
+        face = reals_select((ints)(at == k->last[a]), reals_all(INFINITY), face);
+        k->at[a] = at;
+        k->next[a] = reals_select(through, face, k->next[a]);
+        k->entered[a] = ints_select(going, through, k->entered[a]);
+    }
+    k->u = reals_select(going, u1, k->u);
+    l->in_brick &= ~(mask & ~inside);
+}
+
+/* Whether an isosurface's value lies between lo and hi (closed). */
+ALWAYS_INLINE ints meets_isosurface(const Optics *o, reals lo, reals hi)
+{
+    ints before = count_up_to(o->delta_values, o->delta_count, lo, true);
+    return (ints)(count_up_to(o->delta_values, o->delta_count, hi, false) > before);
+}
+
+/* The field at a cell's ends for isosurfaces, kept within the corners of the faces that the ends lie on. */
+static void judge_ends(Cells *k, ints mask, const Cubic *v, const reals corners[8], const reals p[3], reals u1, ints inside,
+                       reals *entry, reals *exit)
+{
+    reals there[3], half = reals_all((real)0.5);
+    for (int a = 0; a < 3; a++) {
+        ints at_face = ints_select(inside, (ints)(k->next[a] <= u1), k->exit_axes[a]);
+        there[a] = reals_select(at_face, k->upper[a], half);
+    }
+    reals fresh = clamp_to_corners(v->a0, corners, p);
+    *exit = clamp_to_corners(cubic_at(v, reals_all(1)), corners, there);
+    *entry = reals_select(k->carried, k->carry, fresh);
+    k->carry = reals_select(mask, *exit, k->carry);
+    k->carried |= mask;
+    FOR_LANES(i, mask_bits(mask & ~inside))
+        k->carry_t[i] = k->lanes.span[i].t1;
+}
+
+/* Looks at the next cell of each lane of `mask`: those with something in it are in that cell from now on. */
+ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
+{
+    Lanes *l = &k->lanes;
+    const Optics *o = l->optics;
+    const reals one = reals_all(1), zero = reals_all(0);
+    reals u1 = reals_min(reals_min(k->next[0], k->next[1]), reals_min(k->next[2], k->end));
+    ints inside = (ints)(u1 < k->end), met = mask & (ints)(u1 > k->u);
+    reals length = u1 - k->u, p[3], step[3], corners[8], lo, hi;
+    for (int a = 0; a < 3; a++) {
+        reals x = reals_clamp(reals_fma(k->u, l->d[a], k->e[a] - k->at[a]), 0, 1);
+        p[a] = reals_select(k->entered[a], one - k->upper[a], x);
+        step[a] = l->d[a] * length;
+    }
+    reals place = reals_fma(reals_fma(k->at[0], reals_all(9), k->at[1]), reals_all(9), k->at[2]);
+    ints offset = __builtin_convertvector(place, ints);
+    load_corners_of(l->values, offset, corners);
+    Cubic v = expand_cell(corners, p, step);
+    if (any(l->holes))
+        met &= ~l->holes | all_finite(corners);
+    cubic_range(&v, &lo, &hi);
+    ints meets_iso = {0};
+    if (terms & TERM_ISO) {
+        reals entry, exit;
+        judge_ends(k, met, &v, corners, p, u1, inside, &entry, &exit);
+        meets_iso = meets_isosurface(o, reals_min(lo, reals_min(entry, exit)), reals_max(hi, reals_max(entry, exit)));
+        k->da = reals_select(met, entry, k->da);
+        k->exit = reals_select(met, exit, k->exit);
+        k->meets_iso = ints_select(met, meets_iso, k->meets_iso);
+        k->carried &= met | ~(mask & (ints)(u1 > k->u));
+    }
+    ints low, high;
+    intervals_around(o, lo, hi, &low, &high);
+    ints first_visible = gather_ints(o->next_visible, low);
+    ints seen = met & ((ints)(first_visible <= high) | meets_iso);
+    l->scratch->skipped.cells_met += (unsigned)__builtin_popcount(mask_bits(met));
+    if (any(seen)) {
+        ints many = (ints)(low != high) | meets_iso;
+        if (terms & TERM_SURFACE)
+            many |= (ints)(gather_reals(&o->intervals[0].has_surface, low * INTERVAL_REALS) > 0);
+        reals turn[2];
+        if (any(seen & many)) {
+            turning_points(&v, &turn[0], &turn[1]);
+            k->turn[0] = reals_select(seen, turn[0], k->turn[0]);
+            k->turn[1] = reals_select(seen, turn[1], k->turn[1]);
+            low = ints_select(many, intervals_of(o, v.a0), low);
+        }
+        cubic_replace(&k->v, seen, &v);
+        for (int a = 0; a < 3 && terms & TERM_SHADED; a++) {
+            k->p[a] = reals_select(seen, p[a], k->p[a]);
+            k->step[a] = reals_select(seen, step[a], k->step[a]);
+        }
+        k->offset = ints_select(seen, offset, k->offset);
+        k->gradients_known &= ~seen;
+        k->u0 = reals_select(seen, k->u, k->u0);
+        k->length = reals_select(seen, length, k->length);
+        k->many = ints_select(seen, many, k->many);
+        k->interval = ints_select(seen, low, k->interval);
+        k->va = reals_select(seen, v.a0, k->va);
+        k->s = reals_select(seen, zero, k->s);
+        k->stop = reals_select(seen, zero, k->stop);
+        k->in_cell |= seen;
+        k->cells -= seen;
+    }
+    next_cell(k, mask, u1, inside);
+}
+
+/* Every lane that is in no cell goes on until it is, or its ray has ended. */
+ALWAYS_INLINE void seek(Cells *k, unsigned terms)
+{
+    for (;;) {
+        ints wanted = k->lanes.alive & ~k->in_cell;
+        if (!any(wanted))
+            return;
+        FOR_LANES(i, mask_bits(wanted & ~k->lanes.in_brick))
+            enter_brick(k, i, terms);
+        wanted &= k->lanes.alive;
+        if (any(wanted))
+            look_at_cell(k, wanted, terms);
+    }
+}
+
+#endif

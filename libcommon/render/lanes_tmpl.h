@@ -1,0 +1,153 @@
+/* LANES rays side by side: each on its own way from brick to brick, whatever the others do.  What a lane computes depends
+ * on its own ray alone, so that a picture does not depend on which rays travel together.
+ */
+#ifndef VOL_RENDER_LANES_TMPL_H
+#define VOL_RENDER_LANES_TMPL_H
+
+#include "render/bricks_tmpl.h"
+#include "render/optics_tmpl.h"
+#include "render/reals.h"
+#include "render/walk.h"
+
+typedef struct Lanes {
+    const VolScene *scene;
+    const Optics *optics;
+    VolScratch *scratch;
+    const VolRay *rays;
+    size_t count;
+    VolRadiance *out;
+    Walk walk[LANES];
+    BrickSpan span[LANES];          /* the brick that a lane is in */
+    const real *values[LANES];      /* its voxels */
+    const real *gradients[LANES];   /* its voxels' gradients, three planes; NULL until asked for */
+    bool single[LANES];             /* it is of one value and counts as one cell */
+    reals d[3], inv[3], view[3];    /* index space per world unit; world, towards the eye */
+    reals tau_stop;
+    ints alive, in_brick, holes;
+} Lanes;
+
+/* The lanes whose bit is set, one after the other. */
+#define FOR_LANES(i, bits)                                                                                                 \
+    for (unsigned left_ = (bits), i = 0; left_ && (i = (unsigned)__builtin_ctz(left_), true); left_ &= left_ - 1)
+
+static inline void lanes_begin(Lanes *l, const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count,
+                               VolRadiance *out)
+{
+    *l = (Lanes){.scene = scene, .optics = SCENE_OPTICS(scene), .scratch = scratch, .rays = rays, .count = count,
+                 .out = out};
+    for (size_t i = 0; i < LANES; i++) {
+        const VolRay *ray = &rays[i < count ? i : 0];
+        Walk *w = &l->walk[i];
+        if (i < count)
+            out[i] = (VolRadiance){.depth = INFINITY};
+        walk_begin(w, scene, ray);
+        l->values[i] = scratch_zeros(scratch);
+        l->tau_stop[i] = (real)vol_scene_stop_depth(scene, ray->t1 - ray->t0);
+        for (int a = 0; a < 3; a++) {
+            l->d[a][i] = (real)w->d[a];
+            l->inv[a][i] = w->d[a] == 0 ? 0 : 1 / (real)w->d[a];
+        }
+        l->view[0][i] = (real)-ray->direction.x;
+        l->view[1][i] = (real)-ray->direction.y;
+        l->view[2][i] = (real)-ray->direction.z;
+        l->alive[i] = i < count ? -1 : 0;
+    }
+}
+
+/* Takes lane i into its next visible brick; false, and the lane is dead: there is none.  `entry`: see walk_next. */
+static inline bool lanes_enter(Lanes *l, unsigned i, bool single_cells, bool entry)
+{
+    BrickSpan *span = &l->span[i];
+    if (!walk_next(&l->walk[i], entry, span)) {
+        l->alive[i] = 0;
+        l->scratch->skipped.blocks += l->walk[i].blocks;
+        return false;
+    }
+    const VolBrick *brick = &l->scene->grid->bricks[span->brick];
+    l->single[i] = single_cells && brick->storage == VOL_NO_STORAGE;
+    l->values[i] = brick_values(l->scene->grid, l->scratch, l->values, span->brick);
+    l->gradients[i] = NULL;
+    l->holes[i] = -(lane_int)brick->holes;
+    l->in_brick[i] = -1;
+    l->scratch->skipped.bricks_entered++;
+    return true;
+}
+
+/* The gradients of the voxels of the brick that lane i is in. */
+static inline const real *lanes_gradients(Lanes *l, unsigned i)
+{
+    if (!l->gradients[i])
+        l->gradients[i] = brick_gradients(l->scene->grid, l->scratch, l->gradients, l->span[i].brick, l->span[i].origin);
+    return l->gradients[i];
+}
+
+/* For each of `mask`; the others get something that may be loaded from. */
+static inline void lanes_all_gradients(Lanes *l, ints mask, const real *out[LANES])
+{
+    unsigned bits = mask_bits(mask);
+    for (unsigned i = 0; i < LANES; i++)
+        out[i] = bits >> i & 1 ? lanes_gradients(l, i) : scratch_zeros(l->scratch);
+}
+
+/* ---- Searching the transfer function ---- */
+
+/* How many of n ascending numbers are <= v (or < v, where `below`). */
+ALWAYS_INLINE ints count_up_to(const real *sorted, size_t n, reals v, bool below)
+{
+    ints found = {0};
+    if (n <= OPTICS_FEW) {
+        for (size_t k = 0; k < n; k++)
+            found -= below ? (ints)(v > sorted[k]) : (ints)(v >= sorted[k]);
+        return found;
+    }
+    for (int i = 0; i < LANES; i++) {
+        size_t lo = 0, hi = n;
+        while (lo < hi) {
+            size_t mid = (lo + hi) / 2;
+            if (below ? sorted[mid] < v[i] : sorted[mid] <= v[i])
+                lo = mid + 1;
+            else
+                hi = mid;
+        }
+        found[i] = (lane_int)lo;
+    }
+    return found;
+}
+
+/* The intervals that hold v: how many knots are <= v. */
+ALWAYS_INLINE ints intervals_of(const Optics *o, reals v)
+{
+    if (o->knot_count <= OPTICS_FEW)
+        return count_up_to(o->edges + 1, o->knot_count, v, false);
+    reals place = reals_clamp((v - o->bucket_lo) * o->bucket_scale, 0, OPTICS_BUCKETS - 1);
+    ints j = gather_ints(o->buckets, __builtin_convertvector(place, ints));
+    for (;;) {
+        ints above = (ints)(gather_reals(o->edges + 1, j) <= v);
+        if (!any(above))
+            return j;
+        j -= above;
+    }
+}
+
+/* Both ends' of a range. */
+ALWAYS_INLINE void intervals_around(const Optics *o, reals lo, reals hi, ints *low, ints *high)
+{
+    if (o->knot_count > OPTICS_FEW) {
+        *low = intervals_of(o, lo);
+        *high = intervals_of(o, hi);
+        return;
+    }
+    ints a = {0}, b = {0};
+    for (size_t k = 1; k <= o->knot_count; k++) {
+        reals knot = reals_all(o->edges[k]);
+        a -= (ints)(lo >= knot);
+        b -= (ints)(hi >= knot);
+    }
+    *low = a;
+    *high = b;
+}
+
+/* Per interval: whether anything is in it. */
+ALWAYS_INLINE ints intervals_visible(const Optics *o, ints j) { return (ints)(gather_ints(o->next_visible, j) == j); }
+
+#endif

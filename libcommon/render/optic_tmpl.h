@@ -1,0 +1,73 @@
+/* What the transfer function has where LANES rays are: the terms of the intervals that hold their values.
+ * Include lanes_tmpl.h first. */
+#ifndef VOL_RENDER_OPTIC_TMPL_H
+#define VOL_RENDER_OPTIC_TMPL_H
+
+#include "base/fmath.h"
+#include "render/lanes_tmpl.h"
+
+/* How many channels extinction has in a kernel with these terms. */
+ALWAYS_INLINE int channels_of(unsigned terms) { return terms & TERM_COLOURED ? 3 : 1; }
+
+/* What an interval has, [..][0] + [..][1] x, x = v - ref. */
+typedef struct Optic {
+    reals ref, extinction[3][2], has_surface;
+    reals scatter[2], scatter_color[3][2], emit[3][2], surfaceness[2], surface[2], surface_color[3][2];
+} Optic;
+
+ALWAYS_INLINE void load_group(const Optics *o, ints index, bool same, lane_int first, int at, reals out[4])
+{
+    const real *table = &o->intervals[0].ref + at;
+    if (same)
+        for (int n = 0; n < 4; n++)
+            out[n] = reals_all(table[first * INTERVAL_REALS + n]);
+    else
+        load_quads(table, index * INTERVAL_REALS, out);
+}
+
+ALWAYS_INLINE void take_lines(const reals g[4], reals a[2], reals b[2])
+{
+    a[0] = g[0], a[1] = g[1], b[0] = g[2], b[1] = g[3];
+}
+
+/* For the lanes of `mask` (some); the others may get another lane's. */
+ALWAYS_INLINE void load_optics(const Optics *o, ints interval, ints mask, unsigned terms, Optic *out)
+{
+    lane_int first = interval[__builtin_ctz(mask_bits(mask))];
+    bool same = !any(mask & (ints)(interval != first));
+    reals g[4];
+#define GROUP(at) load_group(o, interval, same, first, at, g)
+    GROUP(AT_PARTICLES);
+    out->ref = g[0], out->extinction[0][0] = g[1], out->extinction[0][1] = g[2], out->has_surface = g[3];
+    GROUP(AT_SCATTER);
+    take_lines(g, out->scatter, out->scatter_color[0]);
+    GROUP(AT_SCATTER + 4);
+    take_lines(g, out->scatter_color[1], out->scatter_color[2]);
+    if (terms & (TERM_EMIT | TERM_CLASSIC)) {
+        GROUP(AT_EMIT);
+        take_lines(g, out->emit[0], out->emit[1]);
+        GROUP(AT_EMIT + 4);
+        take_lines(g, out->emit[2], out->surfaceness);
+    }
+    if (terms & TERM_SURFACE) {
+        GROUP(AT_SURFACE);
+        take_lines(g, out->surface, out->surface_color[0]);
+        GROUP(AT_SURFACE + 4);
+        take_lines(g, out->surface_color[1], out->surface_color[2]);
+    }
+    if (terms & TERM_COLOURED) {
+        GROUP(AT_REST);
+        take_lines(g, out->extinction[1], out->extinction[2]);
+    }
+#undef GROUP
+}
+
+static double mean_transmittance(const double tau[3], int channels)
+{
+    double sum = 0;
+    for (int c = 0; c < channels; c++)
+        sum += vol_exp(-tau[c]);
+    return sum / channels;
+}
+
+#endif

@@ -1,0 +1,134 @@
+/* A brick is invisible where the transfer function is nothing over the whole range of its 9^3 voxels: the trilinear field
+ * stays within that range, so that leaving the brick out changes no bit of any picture.  Blocks of 2^3, 4^3, 8^3 bricks and
+ * whole nodes that are invisible throughout are marked as such in each of their places, for rays to pass in one step. */
+#include "render/skip.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/mem.h"
+
+enum { SIDE = VOL_NODE_BRICKS };
+
+static void mark_bricks(VolScene *scene)
+{
+    const VolGrid *grid = scene->grid;
+    for (size_t b = 0; b < grid->brick_count; b++) {
+        const VolBrick *brick = &grid->bricks[b];
+        bool visible = brick->lo <= brick->hi && (!scene->skip || vol_tf_range_visible(scene->tf, brick->lo, brick->hi));
+        scene->brick_visible[b] = visible;
+        scene->bricks_visible += visible;
+    }
+    scene->bricks_skipped = grid->brick_count - scene->bricks_visible;
+    scene->background_visible = scene->brick_visible[0];
+}
+
+static size_t place_of(int x, int y, int z) { return (size_t)((x * SIDE + y) * SIDE + z); }
+
+/* Whether the block of `size` bricks at (x, y, z) is invisible, its halves being marked `level` - 1 already. */
+static bool block_is_invisible(const uint8_t *levels, int x, int y, int z, int size, unsigned level)
+{
+    for (int n = 0; n < 8; n++) {
+        int half = size / 2;
+        uint8_t at = levels[place_of(x + (n >> 2) * half, y + (n >> 1 & 1) * half, z + (n & 1) * half)];
+        if (at == VOL_VISIBLE || at < level - 1)
+            return false;
+    }
+    return true;
+}
+
+static void mark_block(uint8_t *levels, int x, int y, int z, int size, unsigned level)
+{
+    for (int i = 0; i < size; i++)
+        for (int j = 0; j < size; j++)
+            memset(&levels[place_of(x + i, y + j, z)], (int)level, (size_t)size);
+}
+
+static void mark_blocks(uint8_t *levels)
+{
+    for (unsigned level = 1; level <= VOL_NODE_LEVEL; level++) {
+        int size = 1 << level;
+        for (int x = 0; x < SIDE; x += size)
+            for (int y = 0; y < SIDE; y += size)
+                for (int z = 0; z < SIDE; z += size)
+                    if (block_is_invisible(levels, x, y, z, size, level))
+                        mark_block(levels, x, y, z, size, level);
+    }
+}
+
+/* Widens the box by the block of `size` bricks at `at`. */
+static void widen(VolScene *scene, const int32_t at[3], int32_t size)
+{
+    for (int a = 0; a < 3; a++) {
+        if (at[a] < scene->visible_min[a])
+            scene->visible_min[a] = at[a];
+        if (at[a] + size - 1 > scene->visible_max[a])
+            scene->visible_max[a] = at[a] + size - 1;
+    }
+}
+
+static void mark_node(VolScene *scene, size_t number)
+{
+    const VolNode *node = &scene->grid->nodes[number];
+    int32_t first[3] = {node->at[0] * SIDE, node->at[1] * SIDE, node->at[2] * SIDE};
+    uint8_t *levels = &scene->levels[number * VOL_NODE_ENTRIES];
+    scene->node_visible[number] = !node->bricks && scene->brick_visible[node->uniform];
+    if (!node->bricks) {
+        if (scene->node_visible[number])
+            widen(scene, first, SIDE);
+        return;
+    }
+    for (int p = 0; p < VOL_NODE_ENTRIES; p++) {
+        bool visible = scene->brick_visible[node->bricks[p]];
+        levels[p] = visible ? VOL_VISIBLE : 0;
+        if (!visible)
+            continue;
+        scene->node_visible[number] = true;
+        widen(scene, (int32_t[3]){first[0] + (p >> 8), first[1] + (p >> 4 & 15), first[2] + (p & 15)}, 1);
+    }
+    mark_blocks(levels);
+}
+
+/* Rays look at nothing outside the domain, nor outside the box around what is visible. */
+static void settle_box(VolScene *scene)
+{
+    const VolGrid *grid = scene->grid;
+    for (int a = 0; a < 3; a++) {
+        int32_t lo = grid->cell_min[a] >> 3, hi = grid->cell_max[a] >> 3;
+        bool all = scene->background_visible;
+        scene->visible_min[a] = all || scene->visible_min[a] < lo ? lo : scene->visible_min[a];
+        scene->visible_max[a] = all || scene->visible_max[a] > hi ? hi : scene->visible_max[a];
+        if (scene->visible_max[a] < scene->visible_min[a]) { /* nothing: a box of no width */
+            scene->visible_min[a] = lo;
+            scene->visible_max[a] = lo - 1;
+        }
+    }
+}
+
+VolStatus vol_skip_prepare(VolScene *scene, VolError *err)
+{
+    const VolGrid *grid = scene->grid;
+    scene->brick_visible = vol_alloc(grid->brick_count, 1);
+    scene->node_visible = vol_alloc(grid->node_count, 1);
+    scene->levels = vol_alloc(grid->node_count, VOL_NODE_ENTRIES);
+    if (!scene->brick_visible || !scene->node_visible || !scene->levels)
+        return vol_fail_memory(err, grid->brick_count + grid->node_count * VOL_NODE_ENTRIES);
+    scene->bricks_visible = 0;
+    for (int a = 0; a < 3; a++) {
+        scene->visible_min[a] = INT32_MAX;
+        scene->visible_max[a] = INT32_MIN;
+    }
+    mark_bricks(scene);
+    for (size_t n = 0; n < grid->node_count; n++)
+        mark_node(scene, n);
+    settle_box(scene);
+    return VOL_OK;
+}
+
+void vol_skip_release(VolScene *scene)
+{
+    free(scene->brick_visible);
+    free(scene->node_visible);
+    free(scene->levels);
+    scene->brick_visible = scene->node_visible = scene->levels = NULL;
+}

@@ -1,0 +1,213 @@
+/* Segments looked up side by side, as the ray kernels do in float, against the look-ups in double, one by one. */
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render/lookup_tmpl.h"
+#include "tests/unit/random_scene.h"
+#include "tests/unit/test.h"
+
+enum { SCENES = 300, BATCHES = 60 };
+#define TABLES_TOLERANCE 2e-7
+#define INTEGRALS_TOLERANCE 3e-7 /* more roundings one after the other */
+
+/* The least float at or above a number. */
+static float at_or_above(double v)
+{
+    float f = (float)v;
+    return (double)f < v ? nextafterf(f, INFINITY) : f;
+}
+
+/* A value anywhere, at a knot, or just below it. */
+static float random_end(Random *r, const VolTfCompiled *tf)
+{
+    if (tf->knot_count == 0 || random_below(r, 2))
+        return (float)random_in(r, -0.4, 2);
+    float knot = at_or_above(tf->knots[random_below(r, (int)tf->knot_count)]);
+    return random_below(r, 2) ? knot : nextafterf(knot, -INFINITY);
+}
+
+/* Rising, falling, equal; far, near, all but equal. */
+static void random_ends(Random *r, const VolTfCompiled *tf, float *v0, float *v1)
+{
+    static const double reach[] = {0.2, 0.02, 1e-3, 1e-5};
+    *v0 = random_end(r, tf);
+    int kind = random_below(r, 7);
+    if (kind == 0)
+        *v1 = *v0;
+    else if (kind == 1)
+        *v1 = random_end(r, tf);
+    else if (kind == 2)
+        *v1 = nextafterf(*v0, random_below(r, 2) ? INFINITY : -INFINITY);
+    else
+        *v1 = (float)((double)*v0 + random_in(r, -1, 1) * reach[kind - 3]);
+}
+
+/* Whether v is so near to a node beside a dense bin that rounding may choose the bin. */
+static bool at_dense_bin(const VolPreint *tables, float v)
+{
+    for (size_t i = 0; i + 1 < tables->n; i++)
+        if (tables->dense[i] && (fabs((double)v - vol_preint_node(tables, i)) < 1e-6 ||
+                                 fabs((double)v - vol_preint_node(tables, i + 1)) < 1e-6))
+            return true;
+    return false;
+}
+
+typedef struct Batch {
+    LookupEnd a, b;
+    float v0[LANES], v1[LANES];
+} Batch;
+
+static void random_batch(Random *r, const VolScene *scene, bool table, unsigned terms, Batch *out)
+{
+    reals v0, v1;
+    for (int i = 0; i < LANES; i++) {
+        random_ends(r, scene->tf, &out->v0[i], &out->v1[i]);
+        v0[i] = out->v0[i];
+        v1[i] = out->v1[i];
+    }
+    memset(&out->a, 0, sizeof out->a);
+    memset(&out->b, 0, sizeof out->b);
+    find_end(SCENE_OPTICS(scene), v0, table, terms, &out->a);
+    find_end(SCENE_OPTICS(scene), v1, table, terms, &out->b);
+}
+
+typedef struct Worst {
+    double error, sum, count;
+} Worst;
+
+/* Optical depths by what passes. */
+static void compare_depths(Worst *w, float got, double expected)
+{
+    w->error = fmax(w->error, fabs(exp(-(double)got) - exp(-expected)));
+}
+
+static void compare(Worst *w, float got, double expected)
+{
+    double error = fabs((double)got - expected) / fmax(1, fabs(expected));
+    w->error = fmax(w->error, error);
+    w->sum += error * error;
+    w->count++;
+}
+
+static void tables_agree(void)
+{
+    Worst worst = {0};
+    double covered = 0, all = 0;
+    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+        Random r = {seed};
+        RandomScene s;
+        random_scene(&r, RANDOM_NO_DELTAS, &s);
+        if (vol_scene_prepare(&s.scene, NULL))
+            abort();
+        const Optics *o = SCENE_OPTICS(&s.scene);
+        unsigned terms = o->terms & (TERM_SURFACE | TERM_COLOURED | TERM_EMIT);
+        Doubles length;
+        memset(&length, 0, sizeof length);
+        for (int batch = 0; batch < BATCHES; batch++) {
+            Batch ends;
+            SegmentParts parts;
+            memset(&parts, 0, sizeof parts);
+            random_batch(&r, &s.scene, o->lookup.entries != NULL, terms, &ends);
+            if (o->lookup.entries) {
+                ints known = look_up_table(o, &ends.a, &ends.b, ints_all(-1), terms, (real)s.scene.step, &parts);
+                covered += __builtin_popcount(mask_bits(known));
+            }
+            all += LANES;
+            look_up_full(&s.scene, &ends.a, &ends.b, &length, ints_all(-1), ints_all(-1), terms, &parts);
+            for (int i = 0; i < LANES; i++) {
+                VolPreintSegment p;
+                Worst here = {0};
+                vol_preint_full_at(&s.tables, (double)ends.v0[i], (double)ends.v1[i], s.scene.step, &p);
+                if (at_dense_bin(&s.tables, ends.v0[i]) || at_dense_bin(&s.tables, ends.v1[i]))
+                    continue;
+                compare_depths(&here, parts.depth[0][i], p.depth[0]);
+                compare(&here, parts.particles_a[i], p.p_a[0]);
+                for (int c = 0; c < 3; c++) {
+                    compare(&here, parts.particles_c[c][i], p.p_c[c]);
+                    if (terms & TERM_SURFACE) {
+                        compare(&here, parts.front_c[c][i], p.fw_c[c]);
+                        compare(&here, parts.front_a[c][i], p.fw_a[c]);
+                        compare(&here, parts.back_c[c][i], p.bw_c[c]);
+                        compare(&here, parts.back_a[c][i], p.bw_a[c]);
+                    }
+                }
+                if (!(here.error < TABLES_TOLERANCE))
+                    FAIL("seed %d: %.9g to %.9g: off by %.3g (particles' opacity %.9g, %.9g, depth %.9g, %.9g)", (int)seed,
+                         (double)ends.v0[i], (double)ends.v1[i], here.error, (double)parts.particles_a[i], p.p_a[0],
+                         (double)parts.depth[0][i], p.depth[0]);
+                worst.error = fmax(worst.error, here.error);
+                worst.sum += here.sum;
+                worst.count += here.count;
+            }
+        }
+        vol_scene_release(&s.scene);
+        random_scene_free(&s);
+    }
+    printf("# tables: rms %.3g, largest %.3g; %.0f%% side by side\n", sqrt(worst.sum / worst.count), worst.error,
+           100 * covered / all);
+    CHECK(covered > 0.3 * all);
+}
+
+static void integrals_agree(void)
+{
+    Worst worst = {0};
+    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+        Random r = {seed};
+        RandomScene s;
+        random_scene(&r, RANDOM_NO_DELTAS, &s);
+        s.scene.preint = NULL;
+        if (vol_scene_prepare(&s.scene, NULL))
+            abort();
+        unsigned terms = SCENE_OPTICS(&s.scene)->terms & (TERM_SURFACE | TERM_COLOURED | TERM_EMIT);
+        for (int batch = 0; batch < BATCHES; batch++) {
+            Batch ends;
+            SegmentParts parts;
+            reals length;
+            for (int i = 0; i < LANES; i++)
+                length[i] = (real)random_in(&r, 0, 0.4);
+            memset(&parts, 0, sizeof parts);
+            random_batch(&r, &s.scene, false, terms, &ends);
+            look_up_integrals(&s.scene, &ends.a, &ends.b, length, ints_all(-1), terms, &parts);
+            for (int i = 0; i < LANES; i++) {
+                VolPreintApproximation p;
+                Worst here = {0};
+                double v0 = (double)ends.v0[i], v1 = (double)ends.v1[i];
+                vol_preint_integrals_at(&s.integrals, v0, v1, (double)length[i], &p);
+                for (int c = 0; c < 3; c++) {
+                    compare_depths(&here, parts.depth[terms & TERM_COLOURED ? c : 0][i], p.depth[c]);
+                    compare(&here, parts.particles_c[c][i], p.particle_c[c]);
+                    if (terms & TERM_SURFACE) {
+                        compare(&here, parts.front_c[c][i], p.surface_c[c]);
+                        compare(&here, parts.front_a[c][i], p.surface_a[c]);
+                    }
+                }
+                compare(&here, parts.particles_a[i], p.particle_a[0]);
+                if (p.surface_a[0] > 1e-3 && fabs(v1 - v0) > 1e-2) {
+                    double where = (p.v_c - v0) / (v1 - v0);
+                    if (!(fabs((double)parts.where[i] - where) < 1e-4))
+                        FAIL("seed %d: %.9g to %.9g: the surface stands at %.9g, not %.9g", (int)seed, v0, v1,
+                             (double)parts.where[i], where);
+                }
+                if (!(here.error < INTEGRALS_TOLERANCE))
+                    FAIL("seed %d: %.9g to %.9g: off by %.3g (particles' opacity %.9g, %.9g, depth %.9g, %.9g)",
+                         (int)seed, v0, v1, here.error, (double)parts.particles_a[i], p.particle_a[0],
+                         (double)parts.depth[0][i], p.depth[0]);
+                worst.error = fmax(worst.error, here.error);
+                worst.sum += here.sum;
+                worst.count += here.count;
+            }
+        }
+        vol_scene_release(&s.scene);
+        random_scene_free(&s);
+    }
+    printf("# integrals: rms %.3g, largest %.3g\n", sqrt(worst.sum / worst.count), worst.error);
+}
+
+int main(void)
+{
+    RUN(tables_agree);
+    RUN(integrals_agree);
+    return test_end();
+}
