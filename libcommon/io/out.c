@@ -195,6 +195,21 @@ static VolStatus fill_temporary(int fd, const char *path, const void *data, size
     return status;
 }
 
+/* An output that is there goes with exit code 0: from here on no signal ends the program. */
+static bool put_in_place(const char *temporary, const char *path)
+{
+    sigset_t all, before;
+    sigfillset(&all);
+    sigdelset(&all, SIGPIPE); /* comes of writing elsewhere alone */
+    pthread_sigmask(SIG_BLOCK, &all, &before);
+    if (rename(temporary, path) == 0)
+        return true;
+    int errnum = errno;
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    errno = errnum;
+    return false;
+}
+
 static VolStatus write_file(const Target *target, const char *path, const void *data, size_t size, VolError *err)
 {
     int slot = reserve_slot();
@@ -211,7 +226,7 @@ static VolStatus write_file(const Target *target, const char *path, const void *
         status = vol_fail_errno(err, errno, "cannot write", path);
     } else {
         status = fill_temporary(fd, path, data, size, err);
-        if (status == VOL_OK && rename(temporary, target->path) != 0)
+        if (status == VOL_OK && !put_in_place(temporary, target->path))
             status = vol_fail_errno(err, errno, "cannot write", path);
         if (status != VOL_OK)
             unlink(temporary);

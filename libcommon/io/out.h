@@ -13,6 +13,8 @@ typedef struct VolOutOptions {
     bool allow_terminal; /* --force */
 } VolOutOptions;
 
+/* Once a file is in place the calling thread keeps all signals blocked: it is meant to be the last thing that a program
+ * does. */
 VolStatus vol_write_whole(const char *path, const void *data, size_t size, VolOutOptions options, VolError *err);
 
 /* Checks before any work is done that binary output would not go to a terminal and that the target's folder exists. */

@@ -74,8 +74,13 @@ static void packet_add(Packet *p, const VolRay *ray, VolRadiance *result)
         p->counts->rays_missed++;
         return;
     }
+    bool sees = vol_ray_meets_visible(p->frame->scene, &clipped);
     if (p->frame->scene->estimator != VOL_ESTIMATE_EXACT)
         p->counts->steps += (uint64_t)ceil((clipped.t1 - clipped.t0) / p->frame->scene->step);
+    if (!sees) {
+        p->counts->rays_missed++;
+        return;
+    }
     p->rays[p->count] = clipped;
     p->results[p->count++] = result;
     if (p->count == VOL_PACKET)

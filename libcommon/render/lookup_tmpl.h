@@ -344,20 +344,6 @@ static void look_up_one(const VolScene *scene, const LookupEnd *a, const LookupE
     out->particles_a[i] = (real)s.p_a[0];
 }
 
-/* Segments of the scene's own step (`own`) or of any length. */
-ALWAYS_INLINE void look_up_full(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, const Doubles *length,
-                                ints own, ints mask, unsigned terms, SegmentParts *out)
-{
-    const Optics *o = SCENE_OPTICS(scene);
-    ints known = {0};
-    if (o->lookup.entries)
-        known = look_up_table(o, a, b, mask & own, terms, (real)scene->step, out);
-    else
-        memset(out, 0, sizeof *out);
-    FOR_LANES(i, mask_bits(mask & ~known))
-        look_up_one(scene, a, b, i, own[i] ? scene->step : doubles_lane(length, (int)i), own[i], out);
-}
-
 /* ---- Integrals in one dimension ---- */
 
 /* Y 16: of surfaces integrals over |dv|, of particles means over the segment. */
@@ -496,6 +482,54 @@ ALWAYS_INLINE void look_up_integrals(const VolScene *scene, const LookupEnd *a, 
         reals where = sum.where / reals_select(some, sum.surface, one);
         out->where = reals_select(some & (ints)(change > 0), reals_clamp(where, 0, 1), half);
     }
+}
+
+/* ---- Full tables, and what lies beyond them ---- */
+
+/* Below the first knot and above the last nothing depends on v: the integrals are exact there, and no table reaches.  The
+ * lanes of `mask` that lie there, without surfaces. */
+ALWAYS_INLINE ints look_up_beyond(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, reals length, ints mask,
+                                  unsigned terms, SegmentParts *out)
+{
+    const Optics *o = SCENE_OPTICS(scene);
+    const reals zero = reals_all(0);
+    ints end = (ints)(a->interval == 0) | (ints)(a->interval == (lane_int)o->knot_count);
+    ints beyond = mask & end & (ints)(a->interval == b->interval);
+    if (!any(beyond))
+        return beyond;
+    beyond &= (ints)(gather_reals(&o->intervals[0].has_surface, (a->interval & beyond) * INTERVAL_REALS) == 0);
+    SegmentParts parts;
+    memset(&parts, 0, sizeof parts);
+    look_up_integrals(scene, a, b, length, beyond, terms & ~(unsigned)TERM_SURFACE, &parts);
+    for (int c = 0; c < 3; c++) {
+        reals depth = parts.depth[terms & TERM_COLOURED ? c : 0];
+        out->depth[c] = reals_select(beyond, depth, out->depth[c]);
+        out->particles_c[c] = reals_select(beyond, parts.particles_c[c], out->particles_c[c]);
+        out->front_c[c] = reals_select(beyond, zero, out->front_c[c]);
+        out->front_a[c] = reals_select(beyond, zero, out->front_a[c]);
+        out->back_c[c] = reals_select(beyond, zero, out->back_c[c]);
+        out->back_a[c] = reals_select(beyond, zero, out->back_a[c]);
+    }
+    out->particles_a = reals_select(beyond, parts.particles_a, out->particles_a);
+    return beyond;
+}
+
+/* Segments of the scene's own step (`own`) or of any length. */
+ALWAYS_INLINE void look_up_full(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, const Doubles *length,
+                                ints own, ints mask, unsigned terms, SegmentParts *out)
+{
+    const Optics *o = SCENE_OPTICS(scene);
+    ints known = {0};
+    if (o->lookup.entries)
+        known = look_up_table(o, a, b, mask & own, terms, (real)scene->step, out);
+    else
+        memset(out, 0, sizeof *out);
+    if (any(mask & ~known)) {
+        reals own_step = reals_all((real)scene->step);
+        known |= look_up_beyond(scene, a, b, reals_select(own, own_step, doubles_round(length)), mask & ~known, terms, out);
+    }
+    FOR_LANES(i, mask_bits(mask & ~known))
+        look_up_one(scene, a, b, i, own[i] ? scene->step : doubles_lane(length, (int)i), own[i], out);
 }
 
 #endif

@@ -81,7 +81,10 @@ static inline real sample_gap(const Samples *s, unsigned i, double n)
 /* The number of the first sample at or behind t; last + 1: none. */
 static inline double first_sample(const Samples *s, unsigned i, double t)
 {
-    double n = ceil((t - s->t0[i]) * s->per_h - s->shift), last = s->last[i];
+    double x = (t - s->t0[i]) * s->per_h - s->shift, n = ceil(x), last = s->last[i];
+    /* Well away from any sample, rounding decides nothing. */
+    if (n > 0 && n < last && n - x > 1e-3 && n - x < 1 - 1e-3 && n < 1e9)
+        return n;
     n = n < 0 ? 0 : n > last ? last : n;
     while (n > 0 && sample_time(s, i, n - 1) >= t)
         n--;

@@ -8,6 +8,7 @@
 #include "base/mem.h"
 #include "render/optics.h"
 #include "render/skip.h"
+#include "render/walk.h"
 
 /* Largest radiance that the lights can make of base colour `color`. */
 static double shaded_bound(const VolScene *scene, double color)
@@ -136,6 +137,13 @@ static bool store_new(VolBrickStore *store, size_t places, size_t size)
     store->key = vol_alloc_zero(places, sizeof *store->key);
     store->places = places;
     return store->numbers && store->key;
+}
+
+bool vol_ray_meets_visible(const VolScene *scene, const VolRay *ray)
+{
+    Walk walk;
+    walk_begin(&walk, scene, ray);
+    return walk.t < walk.end;
 }
 
 VolStatus vol_scratch_new(const VolScene *scene, VolScratch *out, VolError *err)

@@ -119,6 +119,9 @@ typedef struct VolRadiance {
 /* Cuts the ray's [t0, t1] to the domain and the clip planes; false: nothing left. */
 bool vol_ray_clip(const VolScene *scene, VolRay *ray);
 
+/* Whether a clipped ray meets the box around the visible bricks. */
+bool vol_ray_meets_visible(const VolScene *scene, const VolRay *ray);
+
 /* Optical depth beyond which a ray of that length can be given up: what is still to come, seen through it, is below
  * stop_opacity.  With T the transmittance reached and L the length, dropping the rest changes a pixel by at most
  * T max(1, largest radiance, background, largest emission x L). */

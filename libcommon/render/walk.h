@@ -6,6 +6,7 @@
 #define VOL_RENDER_WALK_H
 
 #include <math.h>
+#include <string.h>
 
 #include "render/scene.h"
 

@@ -205,6 +205,13 @@ static void march(const RandomScene *s, const VolRay *ray, int steps, double col
     }
 }
 
+/* Along the face of a cell with a hole rounding decides which side the ray is on. */
+static bool may_graze_a_hole(const RandomScene *s, const VolRay *ray)
+{
+    VolVec3 d = vol_apply_linear(&s->grid->world_to_index, ray->direction);
+    return s->grid->bad_voxels && (fabs(d.x) < 1e-9 || fabs(d.y) < 1e-9 || fabs(d.z) < 1e-9);
+}
+
 static void exact_agrees_with_a_fine_march(void)
 {
     double worst = 0;
@@ -217,7 +224,7 @@ static void exact_agrees_with_a_fine_march(void)
             abort();
         for (int i = 0; i < 3; i++) {
             VolRay ray = random_ray(&r, &s);
-            if (!vol_ray_clip(&s.scene, &ray))
+            if (!vol_ray_clip(&s.scene, &ray) || may_graze_a_hole(&s, &ray))
                 continue;
             VolRadiance got;
             double color[3], tau[3];
