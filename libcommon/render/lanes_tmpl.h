@@ -122,7 +122,8 @@ ALWAYS_INLINE ints intervals_of(const Optics *o, reals v)
     reals place = reals_clamp((v - o->bucket_lo) * o->bucket_scale, 0, OPTICS_BUCKETS - 1);
     ints j = gather_ints(o->buckets, __builtin_convertvector(place, ints));
     for (;;) {
-        ints above = (ints)(gather_reals(o->edges + 1, j) <= v);
+        /* Beside a hole v may be infinite: nothing is above the last edge. */
+        ints above = (ints)(gather_reals(o->edges + 1, j) <= v) & (ints)(j < (lane_int)o->knot_count);
         if (!any(above))
             return j;
         j -= above;
