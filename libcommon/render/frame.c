@@ -42,7 +42,7 @@ static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance 
     }
 }
 
-/* Rays on their way through a kernel together: VOL_PACKET at a time, each for a pixel of its own list's. */
+/* Rays on their way through a kernel together, VOL_PACKET at most. */
 typedef struct Packet {
     const VolFrame *frame;
     VolTraceRays *kernel;
@@ -87,7 +87,7 @@ static void packet_add(Packet *p, const VolRay *ray, VolRadiance *result)
         packet_flush(p);
 }
 
-/* Neighbouring pixels, BLOCK by BLOCK of them at most: their rays, through the kernel, and back into pixels. */
+/* Neighbouring pixels, whose rays travel together. */
 enum { BLOCK_WIDTH = 4, BLOCK_HEIGHT = 2, BLOCK_PIXELS = BLOCK_WIDTH * BLOCK_HEIGHT };
 
 typedef struct Block {
@@ -120,7 +120,7 @@ static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depth
     out->depth = 2 * deep >= n * n ? depths / deep : FAR_AWAY; /* of the samples that are opaque enough, if most are */
 }
 
-/* One sample of every pixel after the other: rays that travel together are neighbours. */
+/* The first sample of every pixel, then the second of every pixel, and so on. */
 static void render_block(const VolFrame *frame, VolScratch *scratch, Block *block, VolFrameCounts *counts)
 {
     Packet packet = {.frame = frame, .kernel = vol_kernel(frame->scene), .scratch = scratch, .counts = counts};

@@ -61,6 +61,7 @@ VolStatus vol_scene_prepare(VolScene *scene, VolError *err)
 
 void vol_scene_release(VolScene *scene)
 {
+    scene->stop_opacity = 0; /* prepared anew it may be of another precision */
     vol_skip_release(scene);
     vol_optics_f32_free(scene->optics32);
     vol_optics_f64_free(scene->optics64);
