@@ -11,8 +11,9 @@
  * isosurface is a factor exp(-mu_k) at its crossing.  Optical depth and colour are summed in double, and exp(-tau) is
  * taken anew for each piece, so that no product of many factors near 1 is ever formed.
  *
- * LANES rays go side by side, each from piece to piece of its own cells: all seek a cell with something in it, find where
- * its next piece ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a dense volume.)
+ * LANES rays go side by side, each from piece to piece of its own cells: all seek a cell with something in it, find
+ * where its next piece ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a
+ * dense volume.)
  *
  * Compiled in four files of a few lines each: float and double, with and without AVX2's fused multiply-add; and once more
  * for each set of terms that a scene may be without. */
