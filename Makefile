@@ -45,6 +45,9 @@ VTK_LIBS   ?= -lvtkIOLegacy-9.1 -lvtkIOXML-9.1 -lvtkCommonDataModel-9.1 -lvtkCom
 
 # ---- sources -------------------------------------------------------------------------------------------------------
 LIB_SRC   := $(sort $(wildcard libcommon/*/*.c))
+ifneq ($(shell uname -m),x86_64)
+LIB_SRC   := $(filter-out %_avx2.c %_avx512.c,$(LIB_SRC))
+endif
 SHELL_SRC := $(sort $(wildcard cmd/shell/*.c))
 PROGRAMS  := $(sort $(patsubst cmd/%.c,%,$(wildcard cmd/*.c)))
 ADAPTERS  := $(sort $(patsubst libcommon/adapters/%.cc,%,$(wildcard libcommon/adapters/*.cc)))
@@ -83,7 +86,9 @@ deps:
 
 # ---- rules ---------------------------------------------------------------------------------------------------------
 # The source has the vectors; unrolling keeps them in registers.
-$(OUT)/obj/%_avx2.o: CFLAGS += -mavx2 -mfma -O3 -fno-tree-vectorize -funroll-loops
+LANES_OPT := -O3 -fno-tree-vectorize -funroll-loops
+$(OUT)/obj/%_avx2.o: CFLAGS += -mavx2 -mfma $(LANES_OPT)
+$(OUT)/obj/%_avx512.o: CFLAGS += -mavx2 -mfma -mavx512f -mavx512dq -mavx512vl -mavx512bw -mprefer-vector-width=512 $(LANES_OPT)
 $(OUT)/obj/libcommon/io/exr.o: CFLAGS += $(EXR_CFLAGS)
 $(OUT)/obj/libcommon/io/exr_%.o: CFLAGS += $(EXR_CFLAGS)
 

@@ -121,7 +121,7 @@ ALWAYS_INLINE ints seen_intervals(const March *m, const Optics *o, ints j)
     return intervals_visible(o, j);
 }
 
-static ints few_intervals(const Optics *o)
+static ints bits_of_seen(const Optics *o)
 {
     lane_int bits = 0;
     for (size_t j = 0; j <= o->knot_count && j <= OPTICS_FEW; j++)

@@ -15,8 +15,8 @@
  * inside such a stretch cannot matter: touching invisible bricks share the voxels between them, their ranges form one
  * connected range with nothing in it, and no isosurface lies between two samples that no visible brick separates.
  *
- * Compiled in four files of a few lines each: float and double, with and without AVX2's fused multiply-add; and once more
- * for each set of terms that a scene may be without. */
+ * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of terms that a scene
+ * may be without. */
 #include "render/direct_waiting_tmpl.h"
 
 /* ---- Rays ---- */
@@ -119,7 +119,7 @@ static void trace_direct(const VolScene *scene, VolScratch *scratch, const VolRa
         samples_begin(&m.s, scene, scratch, rays + i, count - i < LANES ? count - i : LANES, out + i, 0.5);
         for (int c = 0; c < 3; c++)
             m.through[c] = reals_all(1);
-        m.intervals_seen = few_intervals(m.s.lanes.optics);
+        m.intervals_seen = bits_of_seen(m.s.lanes.optics);
         kernels[chosen].march(&m);
     }
 }

@@ -15,8 +15,8 @@
  * where its next piece ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a
  * dense volume.)
  *
- * Compiled in four files of a few lines each: float and double, with and without AVX2's fused multiply-add; and once more
- * for each set of terms that a scene may be without. */
+ * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of terms that a scene
+ * may be without. */
 #include "render/cells_way_tmpl.h"
 #include "render/pieces_tmpl.h"
 

@@ -88,7 +88,7 @@ static void packet_add(Packet *p, const VolRay *ray, VolRadiance *result)
 }
 
 /* Neighbouring pixels, whose rays travel together. */
-enum { BLOCK_WIDTH = 4, BLOCK_HEIGHT = 2, BLOCK_PIXELS = BLOCK_WIDTH * BLOCK_HEIGHT };
+enum { BLOCK_WIDTH = 4, BLOCK_HEIGHT = 4, BLOCK_PIXELS = BLOCK_WIDTH * BLOCK_HEIGHT };
 
 typedef struct Block {
     int64_t x[BLOCK_PIXELS], y[BLOCK_PIXELS]; /* of the picture */

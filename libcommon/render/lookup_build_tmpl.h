@@ -110,19 +110,6 @@ static VolStatus build_knots(const VolTfCompiled *tf, Optics *o, VolError *err)
     return VOL_OK;
 }
 
-static void fill_few(Optics *o)
-{
-    for (size_t j = 0; j <= o->knot_count && j < OPTICS_REGISTER; j++) {
-        const Interval *in = &o->intervals[j];
-        o->few.ref[j] = in->ref;
-        o->few.extinction[0][j] = in->extinction.a;
-        o->few.extinction[1][j] = in->extinction.b;
-        o->few.surface[0][j] = in->surface.a;
-        o->few.surface[1][j] = in->surface.b;
-        o->few.next_visible[j] = o->next_visible[j];
-    }
-}
-
 static VolStatus build_lookup(const VolScene *scene, Optics *o, VolError *err)
 {
     bool full = scene->preint && scene->preint->octave_count;
@@ -130,7 +117,6 @@ static VolStatus build_lookup(const VolScene *scene, Optics *o, VolError *err)
     if (!integrals || !integrals->tf)
         return VOL_OK;
     o->at_knot = integrals->at_knot;
-    fill_few(o);
     VolStatus status = build_knots(scene->tf, o, err);
     const VolPreintTable *table = full && !scene->tf->coloured ? table_of_step(scene->preint, scene->step) : NULL;
     if (!status && table)

@@ -18,7 +18,7 @@
 #ifndef VOL_RENDER_LOOKUP_TMPL_H
 #define VOL_RENDER_LOOKUP_TMPL_H
 
-#include "render/lanes_tmpl.h"
+#include "render/optic_tmpl.h"
 #include "tf/preint.h"
 
 /* One end of each lane's segment. */
@@ -40,26 +40,10 @@ typedef struct SegmentParts {
 
 /* ---- Ends ---- */
 
-ALWAYS_INLINE void load_interval(const Optics *o, ints interval, int at, reals out[4])
-{
-    load_quads(&o->intervals[0].ref + at, interval * INTERVAL_REALS, out);
-}
-
-/* Extinction at v in its interval; the same numbers from a register where all intervals fit in one. */
+/* Extinction at v in its interval. */
 ALWAYS_INLINE void find_extinction(const Optics *o, unsigned terms, LookupEnd *e)
 {
-    reals group[4] = {{0}}, zero = reals_all(0);
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    if (o->knot_count < OPTICS_REGISTER) {
-#define PICK(from) ((reals)_mm256_permutevar8x32_ps(_mm256_loadu_ps(from), (__m256i)e->interval))
-        reals x = e->v - PICK(o->few.ref);
-        e->extinction = reals_max(reals_line(PICK(o->few.extinction[0]), PICK(o->few.extinction[1]), x), zero);
-        if (terms & TERM_SURFACE)
-            e->surface = reals_max(reals_line(PICK(o->few.surface[0]), PICK(o->few.surface[1]), x), zero);
-#undef PICK
-        return;
-    }
-#endif
+    reals group[4], zero = reals_all(0);
     load_interval(o, e->interval, AT_PARTICLES, group);
     reals x = e->v - group[0];
     e->extinction = reals_max(reals_line(group[1], group[2], x), zero);
@@ -71,12 +55,7 @@ ALWAYS_INLINE void find_extinction(const Optics *o, unsigned terms, LookupEnd *e
 
 ALWAYS_INLINE ints next_visible_of(const Optics *o, ints interval)
 {
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    if (o->knot_count < OPTICS_REGISTER)
-        return (ints)_mm256_permutevar8x32_epi32(_mm256_loadu_si256((const __m256i *)o->few.next_visible),
-                                                 (__m256i)interval);
-#endif
-    return gather_ints(o->next_visible, interval);
+    return few_intervals(o) ? pick_ints(o->few.next_visible, interval) : gather_ints(o->next_visible, interval);
 }
 
 ALWAYS_INLINE void find_place(const Lookup *t, reals v, LookupEnd *out)
@@ -247,42 +226,18 @@ ALWAYS_INLINE ints find_corners(const Lookup *t, const LookupEnd *a, const Looku
 /* Four numbers per lane, blended from the table's corners. */
 ALWAYS_INLINE void blend_entries(const real *table, lane_int entry, const Corners *k, reals out[4])
 {
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    uint32_t at[LANES] __attribute__((aligned(32))), above[LANES] __attribute__((aligned(32))),
-        below[LANES] __attribute__((aligned(32)));
-    _mm256_store_si256((__m256i *)at, (__m256i)k->at);
-    _mm256_store_si256((__m256i *)above, (__m256i)k->above);
-    _mm256_store_si256((__m256i *)below, (__m256i)k->below);
-    const float *next = table + entry;
-    __m256 row[4];
-#define PAIR(base, place, i)                                                                                               \
-    _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps((base) + (place)[i])), _mm_loadu_ps((base) + (place)[i + 4]), 1)
-#define BLEND(i)                                                                                                           \
-    row[i] = _mm256_mul_ps(_mm256_permute_ps((__m256)k->weight[0], (i) * 0x55), PAIR(table, at, i));                       \
-    row[i] = _mm256_fmadd_ps(_mm256_permute_ps((__m256)k->weight[1], (i) * 0x55), PAIR(next, at, i), row[i]);              \
-    row[i] = _mm256_fmadd_ps(_mm256_permute_ps((__m256)k->weight[2], (i) * 0x55), PAIR(table, below, i), row[i]);          \
-    row[i] = _mm256_fmadd_ps(_mm256_permute_ps((__m256)k->weight[3], (i) * 0x55), PAIR(table, above, i), row[i]);
-    BLEND(0)
-    BLEND(1)
-    BLEND(2)
-    BLEND(3)
-#undef BLEND
-#undef PAIR
-    __m256 a = _mm256_unpacklo_ps(row[0], row[1]), b = _mm256_unpackhi_ps(row[0], row[1]);
-    __m256 c = _mm256_unpacklo_ps(row[2], row[3]), d = _mm256_unpackhi_ps(row[2], row[3]);
-    out[0] = (reals)_mm256_shuffle_ps(a, c, 0x44);
-    out[1] = (reals)_mm256_shuffle_ps(a, c, 0xee);
-    out[2] = (reals)_mm256_shuffle_ps(b, d, 0x44);
-    out[3] = (reals)_mm256_shuffle_ps(b, d, 0xee);
-#else
-    for (int i = 0; i < LANES; i++)
-        for (int n = 0; n < 4; n++) {
-            real sum = k->weight[0][i] * table[k->at[i] + n];
-            sum = real_fma(k->weight[1][i], table[k->at[i] + entry + n], sum);
-            sum = real_fma(k->weight[2][i], table[k->below[i] + n], sum);
-            out[n][i] = real_fma(k->weight[3][i], table[k->above[i] + n], sum);
-        }
-#endif
+    lane_int at[LANES], above[LANES], below[LANES];
+    reals row[4];
+    memcpy(at, &k->at, sizeof at);
+    memcpy(above, &k->above, sizeof above);
+    memcpy(below, &k->below, sizeof below);
+    for (int i = 0; i < 4; i++) {
+        row[i] = spread_in_quads(k->weight[0], i) * load_quad_row(table, at, i);
+        row[i] = reals_fma(spread_in_quads(k->weight[1], i), load_quad_row(table + entry, at, i), row[i]);
+        row[i] = reals_fma(spread_in_quads(k->weight[2], i), load_quad_row(table, below, i), row[i]);
+        row[i] = reals_fma(spread_in_quads(k->weight[3], i), load_quad_row(table, above, i), row[i]);
+    }
+    transpose_quads(row, out);
 }
 
 /* The lanes of `mask` that the table covers; the others of `out` are finite, but mean nothing. */

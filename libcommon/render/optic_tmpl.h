@@ -15,14 +15,23 @@ typedef struct Optic {
     reals scatter[2], scatter_color[3][2], emit[3][2], surfaceness[2], surface[2], surface_color[3][2];
 } Optic;
 
-ALWAYS_INLINE void load_group(const Optics *o, ints index, bool same, lane_int first, int at, reals out[4])
+/* Four numbers of each lane's interval, from number `at` on. */
+ALWAYS_INLINE void load_interval(const Optics *o, ints interval, int at, reals out[4])
 {
-    const real *table = &o->intervals[0].ref + at;
-    if (same)
+    if (few_intervals(o))
         for (int n = 0; n < 4; n++)
-            out[n] = reals_all(table[first * INTERVAL_REALS + n]);
+            out[n] = pick_reals(o->few.numbers[at + n], interval);
     else
-        load_quads(table, index * INTERVAL_REALS, out);
+        load_quads(&o->intervals[0].ref + at, interval * INTERVAL_REALS, out);
+}
+
+ALWAYS_INLINE void load_group(const Optics *o, ints interval, bool same, lane_int first, int at, reals out[4])
+{
+    if (!same)
+        load_interval(o, interval, at, out);
+    else
+        for (int n = 0; n < 4; n++)
+            out[n] = reals_all((&o->intervals[first].ref)[at + n]);
 }
 
 ALWAYS_INLINE void take_lines(const reals g[4], reals a[2], reals b[2])
@@ -30,11 +39,15 @@ ALWAYS_INLINE void take_lines(const reals g[4], reals a[2], reals b[2])
     a[0] = g[0], a[1] = g[1], b[0] = g[2], b[1] = g[3];
 }
 
-/* For the lanes of `mask` (some); the others may get another lane's. */
+/* For the lanes of `mask`; the others may get another lane's. */
 ALWAYS_INLINE void load_optics(const Optics *o, ints interval, ints mask, unsigned terms, Optic *out)
 {
-    lane_int first = interval[__builtin_ctz(mask_bits(mask))];
-    bool same = !any(mask & (ints)(interval != first));
+    lane_int first = 0;
+    bool same = false;
+    if (!few_intervals(o)) {
+        first = interval[__builtin_ctz(mask_bits(mask))];
+        same = !any(mask & (ints)(interval != first));
+    }
     reals g[4];
 #define GROUP(at) load_group(o, interval, same, first, at, g)
     GROUP(AT_PARTICLES);
@@ -62,7 +75,7 @@ ALWAYS_INLINE void load_optics(const Optics *o, ints interval, ints mask, unsign
 #undef GROUP
 }
 
-static double mean_transmittance(const double tau[3], int channels)
+static inline double mean_transmittance(const double tau[3], int channels)
 {
     double sum = 0;
     for (int c = 0; c < channels; c++)

@@ -53,6 +53,16 @@ static void fill_buckets(Optics *o)
     }
 }
 
+static void fill_few(Optics *o)
+{
+    for (size_t j = 0; j <= o->knot_count && j < OPTICS_REGISTER; j++) {
+        const real *numbers = &o->intervals[j].ref;
+        for (int n = 0; n < INTERVAL_REALS; n++)
+            o->few.numbers[n][j] = numbers[n];
+        o->few.next_visible[j] = o->next_visible[j];
+    }
+}
+
 static unsigned terms_of(const VolTfCompiled *tf)
 {
     bool shaded = tf->model == VOL_MODEL_HYBRID && (tf->has_surface || tf->delta_count);
@@ -113,6 +123,7 @@ static VolStatus build_optics(const VolScene *scene, Optics *o, VolError *err)
         o->next_visible[i] = visible ? (int32_t)i : o->next_visible[i + 1];
     }
     fill_buckets(o);
+    fill_few(o);
     for (size_t i = 0; i < tf->delta_count; i++) {
         const VolTfDelta *d = &tf->deltas[i];
         o->deltas[i] = (Delta){(real)d->value, {(real)d->color[0], (real)d->color[1], (real)d->color[2]}, d->mu, d->opacity};

@@ -57,11 +57,11 @@ typedef struct Knot {
 
 enum { KNOT_REALS = sizeof(Knot) / sizeof(real) };
 
-/* Where there are so few intervals, their numbers stand side by side too: a register holds them. */
+/* Where there are so few intervals, each number of all of them stands side by side too: a register holds it. */
 enum { OPTICS_REGISTER = 8 };
 
 typedef struct FewIntervals {
-    real ref[OPTICS_REGISTER], extinction[2][OPTICS_REGISTER], surface[2][OPTICS_REGISTER];
+    real numbers[INTERVAL_REALS][OPTICS_REGISTER];
     int32_t next_visible[OPTICS_REGISTER];
 } FewIntervals;
 
@@ -113,6 +113,7 @@ struct VolOpticsF32 {
 #endif
 
 static inline real line_at(Line line, real x) { return real_fma(line.b, x, line.a); }
+static inline bool few_intervals(const Optics *o) { return o->knot_count < OPTICS_REGISTER; }
 static inline bool interval_visible(const Optics *o, size_t j) { return o->next_visible[j] == (int32_t)j; }
 
 /* Number of knots <= v: the interval that holds v. */

@@ -1,23 +1,41 @@
 /* Vectors of `real`: LANES rays side by side, the same bits on every cpu level.
  *
- * The compiler's vector types give + - * / and comparisons on any machine; what they lack (fused multiply-add, selection,
- * loads from a place per lane) is here, once in plain C and once for AVX2.  Every operation works lane by lane: what a lane
- * holds never depends on its neighbours.  Masks are integers of the same width, all bits set or none. */
+ * The compiler's vector types give + - * / and comparisons on any machine.  What they lack stands in reals_plain.h,
+ * reals_avx2.h and reals_avx512.h, the same list in each:
+ *
+ *     reals_fma, reals_select, reals_max, reals_min, reals_sqrt, reals_trunc   (towards zero; what fits in 31 bits)
+ *     mask_bits             one bit per lane
+ *     load_quad_row      four numbers from table + at[lane] of each of the lanes i, i + 4, ..., one lane's after the other's
+ *     transpose_quads    from rows 0 to 3 to the first, second, third and fourth number of every lane
+ *     spread_in_quads    number i of every four lanes in all of these: what a row is multiplied by
+ *     gather_reals, gather_ints    table[index], lane by lane
+ *     pick_reals, pick_ints        the same from eight numbers: one register holds them
+ *     load_corners_of    the corners of a cell, n = 4 x + 2 y + z, from base[lane] + offset[lane] of bricks of 9^3
+ *                        numbers: along z two corners lie side by side and come in one load
+ *     doubles_add, doubles_round   sums in double
+ *
+ * Every operation works lane by lane: what a lane holds never depends on its neighbours.  Masks are integers of the same
+ * width, all bits set or none. */
 #ifndef VOL_RENDER_REALS_H
 #define VOL_RENDER_REALS_H
-
-#if defined(__AVX2__) && defined(__FMA__)
-#include <immintrin.h>
-#define REALS_AVX2 1
-#endif
 
 #include <stdbool.h>
 
 #include "render/real.h"
 
+#if defined(__AVX2__) && defined(__FMA__)
+#define REALS_AVX2 1
+#endif
+#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__) && defined(__AVX512BW__)
+#define REALS_AVX512 1
+#endif
+
 #ifdef VOL_DOUBLE
 enum { LANES = 4 };
 typedef int64_t lane_int;
+#elif defined(REALS_AVX512)
+enum { LANES = 16 };
+typedef int32_t lane_int;
 #else
 enum { LANES = 8 };
 typedef int32_t lane_int;
@@ -33,57 +51,30 @@ typedef float float4 __attribute__((vector_size(16)));
 ALWAYS_INLINE reals reals_all(real a) { return a - (reals){0}; } /* a - 0 is a, whatever its sign; a + 0 may not be */
 ALWAYS_INLINE ints ints_all(lane_int a) { return (ints){0} + a; }
 
-/* ---- What differs by cpu level and precision ---- */
+typedef struct Doubles {
+    double4 part[LANES / 4];
+} Doubles;
+
+static const int corner_row[4] = {0, 9, 81, 90};
 
 #if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
+#include <immintrin.h>
+
+/* Two numbers from either place; they need not be aligned to more than a number. */
+ALWAYS_INLINE __m128 load_two_pairs(const float *low, const float *high)
 {
-    return (reals)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)c);
+    double first;
+    memcpy(&first, low, sizeof first);
+    return _mm_castpd_ps(_mm_loadh_pd(_mm_set_sd(first), (const double *)(const void *)high));
 }
-ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b)
-{
-    return (reals)_mm256_blendv_ps((__m256)b, (__m256)a, (__m256)mask);
-}
-ALWAYS_INLINE reals reals_max(reals a, reals b) { return (reals)_mm256_max_ps((__m256)a, (__m256)b); }
-ALWAYS_INLINE reals reals_min(reals a, reals b) { return (reals)_mm256_min_ps((__m256)a, (__m256)b); }
-ALWAYS_INLINE reals reals_sqrt(reals a) { return (reals)_mm256_sqrt_ps((__m256)a); }
-ALWAYS_INLINE unsigned mask_bits(ints mask) { return (unsigned)_mm256_movemask_ps((__m256)mask); }
-#elif defined(REALS_AVX2)
-ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
-{
-    return (reals)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c);
-}
-ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b)
-{
-    return (reals)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)mask);
-}
-ALWAYS_INLINE reals reals_max(reals a, reals b) { return (reals)_mm256_max_pd((__m256d)a, (__m256d)b); }
-ALWAYS_INLINE reals reals_min(reals a, reals b) { return (reals)_mm256_min_pd((__m256d)a, (__m256d)b); }
-ALWAYS_INLINE reals reals_sqrt(reals a) { return (reals)_mm256_sqrt_pd((__m256d)a); }
-ALWAYS_INLINE unsigned mask_bits(ints mask) { return (unsigned)_mm256_movemask_pd((__m256d)mask); }
+#endif
+
+#if defined(REALS_AVX512) && !defined(VOL_DOUBLE)
+#include "render/reals_avx512.h"
+#elif defined(REALS_AVX2) && !defined(VOL_DOUBLE)
+#include "render/reals_avx2.h"
 #else
-ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
-{
-    for (int i = 0; i < LANES; i++)
-        c[i] = real_fma(a[i], b[i], c[i]);
-    return c;
-}
-ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b) { return (reals)(((ints)a & mask) | ((ints)b & ~mask)); }
-ALWAYS_INLINE reals reals_max(reals a, reals b) { return reals_select((ints)(a > b), a, b); }
-ALWAYS_INLINE reals reals_min(reals a, reals b) { return reals_select((ints)(a < b), a, b); }
-ALWAYS_INLINE reals reals_sqrt(reals a)
-{
-    for (int i = 0; i < LANES; i++)
-        a[i] = real_sqrt(a[i]);
-    return a;
-}
-ALWAYS_INLINE unsigned mask_bits(ints mask)
-{
-    unsigned bits = 0;
-    for (int i = 0; i < LANES; i++)
-        bits |= (unsigned)(mask[i] & 1) << i;
-    return bits;
-}
+#include "render/reals_plain.h"
 #endif
 
 /* ---- What follows from that ---- */
@@ -95,17 +86,6 @@ ALWAYS_INLINE reals reals_abs(reals a)
 {
     const lane_int all_but_the_sign = (lane_int)(((uint64_t)1 << (8 * sizeof(lane_int) - 1)) - 1);
     return (reals)((ints)a & all_but_the_sign);
-}
-/* Towards zero; for what fits in an integer of 31 bits. */
-ALWAYS_INLINE reals reals_trunc(reals a)
-{
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    return (reals)_mm256_round_ps((__m256)a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
-#elif defined(REALS_AVX2)
-    return (reals)_mm256_round_pd((__m256d)a, _MM_FROUND_TO_ZERO | _MM_FROUND_NO_EXC);
-#else
-    return __builtin_convertvector(__builtin_convertvector(a, ints), reals);
-#endif
 }
 ALWAYS_INLINE reals reals_clamp(reals a, real lo, real hi) { return reals_min(reals_max(a, reals_all(lo)), reals_all(hi)); }
 ALWAYS_INLINE bool any(ints mask) { return mask_bits(mask) != 0; }
@@ -127,123 +107,12 @@ ALWAYS_INLINE reals reals_mix(reals a, reals b, reals t) { return reals_fma(t, b
 /* Four numbers per lane, from table + index[lane]: a lane's numbers side by side in memory. */
 ALWAYS_INLINE void load_quads(const real *table, ints index, reals out[4])
 {
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    int32_t at[LANES] __attribute__((aligned(32)));
-    _mm256_store_si256((__m256i *)at, (__m256i)index);
-    __m256 row[4];
+    lane_int at[LANES] __attribute__((aligned(sizeof(ints))));
+    reals row[4];
+    memcpy(at, &index, sizeof at);
     for (int i = 0; i < 4; i++)
-        row[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(table + at[i])),
-                                      _mm_loadu_ps(table + at[i + 4]), 1);
-    __m256 a = _mm256_unpacklo_ps(row[0], row[1]), b = _mm256_unpackhi_ps(row[0], row[1]);
-    __m256 c = _mm256_unpacklo_ps(row[2], row[3]), d = _mm256_unpackhi_ps(row[2], row[3]);
-    out[0] = (reals)_mm256_shuffle_ps(a, c, 0x44);
-    out[1] = (reals)_mm256_shuffle_ps(a, c, 0xee);
-    out[2] = (reals)_mm256_shuffle_ps(b, d, 0x44);
-    out[3] = (reals)_mm256_shuffle_ps(b, d, 0xee);
-#else
-    for (int k = 0; k < 4; k++) {
-        reals column = {0};
-        for (int i = 0; i < LANES; i++)
-            column[i] = table[index[i] + k];
-        out[k] = column;
-    }
-#endif
-}
-
-/* table[index], lane by lane */
-ALWAYS_INLINE reals gather_reals(const real *table, ints index)
-{
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    return (reals)_mm256_i32gather_ps(table, (__m256i)index, 4);
-#else
-    reals out;
-    for (int i = 0; i < LANES; i++)
-        out[i] = table[index[i]];
-    return out;
-#endif
-}
-
-ALWAYS_INLINE ints gather_ints(const int32_t *table, ints index)
-{
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    return (ints)_mm256_i32gather_epi32(table, (__m256i)index, 4);
-#else
-    ints out;
-    for (int i = 0; i < LANES; i++)
-        out[i] = table[index[i]];
-    return out;
-#endif
-}
-
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-/* Two numbers from either place; they need not be aligned to more than a number. */
-ALWAYS_INLINE __m128 load_two_pairs(const float *low, const float *high)
-{
-    double first;
-    memcpy(&first, low, sizeof first);
-    return _mm_castpd_ps(_mm_loadh_pd(_mm_set_sd(first), (const double *)(const void *)high));
-}
-#endif
-
-/* The corners of a cell, n = 4 x + 2 y + z, from base[lane] + offset[lane] of bricks of 9^3 numbers: along z two
- * corners lie side by side and come in one load. */
-ALWAYS_INLINE void load_corners_of(const real *const base[LANES], ints offset, reals c[8])
-{
-    static const int row[4] = {0, 9, 81, 90};
-#if defined(REALS_AVX2) && !defined(VOL_DOUBLE)
-    const float *p[LANES];
-    int32_t at[LANES] __attribute__((aligned(32)));
-    _mm256_store_si256((__m256i *)at, (__m256i)offset);
-    for (int i = 0; i < LANES; i++)
-        p[i] = base[i] + at[i];
-    for (int r = 0; r < 4; r++) {
-#define PAIRS(i, k) load_two_pairs(p[i] + row[r], p[k] + row[r])
-        __m256 l = _mm256_insertf128_ps(_mm256_castps128_ps256(PAIRS(0, 1)), PAIRS(4, 5), 1);
-        __m256 h = _mm256_insertf128_ps(_mm256_castps128_ps256(PAIRS(2, 3)), PAIRS(6, 7), 1);
-#undef PAIRS
-        c[2 * r] = (reals)_mm256_shuffle_ps(l, h, 0x88);
-        c[2 * r + 1] = (reals)_mm256_shuffle_ps(l, h, 0xdd);
-    }
-#else
-    for (int r = 0; r < 4; r++) {
-        real low[LANES], high[LANES];
-        for (int i = 0; i < LANES; i++) {
-            low[i] = base[i][offset[i] + row[r]];
-            high[i] = base[i][offset[i] + row[r] + 1];
-        }
-        memcpy(&c[2 * r], low, sizeof low);
-        memcpy(&c[2 * r + 1], high, sizeof high);
-    }
-#endif
-}
-
-/* ---- Sums in double ---- */
-
-typedef struct Doubles {
-    double4 part[LANES / 4];
-} Doubles;
-
-ALWAYS_INLINE void doubles_add(Doubles *sum, reals a)
-{
-#ifdef VOL_DOUBLE
-    sum->part[0] += a;
-#elif defined(REALS_AVX2)
-    sum->part[0] += (double4)_mm256_cvtps_pd(_mm256_castps256_ps128((__m256)a));
-    sum->part[1] += (double4)_mm256_cvtps_pd(_mm256_extractf128_ps((__m256)a, 1));
-#else
-    sum->part[0] += __builtin_convertvector(__builtin_shufflevector(a, a, 0, 1, 2, 3), double4);
-    sum->part[1] += __builtin_convertvector(__builtin_shufflevector(a, a, 4, 5, 6, 7), double4);
-#endif
-}
-
-ALWAYS_INLINE reals doubles_round(const Doubles *sum)
-{
-#ifdef VOL_DOUBLE
-    return sum->part[0];
-#else
-    return __builtin_shufflevector(__builtin_convertvector(sum->part[0], float4),
-                                   __builtin_convertvector(sum->part[1], float4), 0, 1, 2, 3, 4, 5, 6, 7);
-#endif
+        row[i] = load_quad_row(table, at, i);
+    transpose_quads(row, out);
 }
 
 static inline double doubles_lane(const Doubles *sum, int i) { return sum->part[i >> 2][i & 3]; }

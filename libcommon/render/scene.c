@@ -180,6 +180,9 @@ VolTraceRays *vol_kernel(const VolScene *scene)
 #if defined(__x86_64__)
     static VolTraceRays *const avx2[2][3] = {{vol_exact_f32_avx2, vol_direct_f32_avx2, vol_segments_f32_avx2},
                                             {vol_exact_f64_avx2, vol_direct_f64_avx2, vol_segments_f64_avx2}};
+    static VolTraceRays *const avx512[3] = {vol_exact_f32_avx512, vol_direct_f32_avx512, vol_segments_f32_avx512};
+    if (scene->cpu == VOL_CPU_AVX512 && !scene->precise)
+        return avx512[kind];
     if (scene->cpu == VOL_CPU_AVX2 || scene->cpu == VOL_CPU_AVX512)
         return avx2[scene->precise][kind];
 #endif

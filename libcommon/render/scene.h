@@ -151,18 +151,19 @@ typedef struct VolScratch {
     VolSkipped skipped;
 } VolScratch;
 
-enum { VOL_PACKET = 8 };
+enum { VOL_PACKET = 16 };
 
 VolStatus vol_scratch_new(const VolScene *scene, VolScratch *out, VolError *err);
 void vol_scratch_free(VolScratch *scratch);
 
 /* Up to VOL_PACKET rays, already clipped; what comes out for one never depends on the others.  One kernel per precision
- * and cpu level, all of the same bytes. */
+ * and cpu level, all of the same bytes; AVX-512 in float alone. */
 typedef void VolTraceRays(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count,
                           VolRadiance *out);
 VolTraceRays vol_exact_f32, vol_exact_f64, vol_direct_f32, vol_direct_f64, vol_segments_f32, vol_segments_f64;
 VolTraceRays vol_exact_f32_avx2, vol_exact_f64_avx2, vol_direct_f32_avx2, vol_direct_f64_avx2, vol_segments_f32_avx2,
     vol_segments_f64_avx2;
+VolTraceRays vol_exact_f32_avx512, vol_direct_f32_avx512, vol_segments_f32_avx512;
 
 /* The kernel for the scene's estimator, precision and cpu level. */
 VolTraceRays *vol_kernel(const VolScene *scene);
