@@ -85,7 +85,8 @@ static VolStatus parse_options(const Run *run, unsigned *parts, VolPreintOptions
     if (options.range && (vol_parse_reals(options.range, range, 2, 2) != 2 || !(range[0] < range[1])))
         return vol_fail(err, VOL_USAGE, "--range '%s': want LO,HI with LO below HI", options.range);
     *out = (VolPreintOptions){.lo = range[0], .hi = range[1], .n = (size_t)options.size, .step = options.step,
-                              .octaves = full ? (size_t)options.octaves : 0, .change = INFINITY, .threads = run->threads};
+                              .octaves = full ? (size_t)options.octaves : 0, .change = INFINITY, .threads = run->threads,
+                              .cpu = run->cpu};
     return VOL_OK;
 }
 

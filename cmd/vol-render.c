@@ -129,7 +129,7 @@ static VolStatus fit_look(Job *job, VolError *err)
     VolLookSettings settings = {.particle_step = options.particle_step, .scalar_step = options.scalar_step,
                                 .full = scene->estimator == VOL_ESTIMATE_FULL,
                                 .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS, .step = scene->step,
-                                .nodes = TABLE_NODES, .threads = job->run->threads};
+                                .nodes = TABLE_NODES, .threads = job->run->threads, .cpu = job->run->cpu};
     VolStatus status = vol_look_fit(&job->look, job->grid, &settings, &job->run->log, err);
     scene->tf = vol_look_compiled(&job->look);
     scene->preint = vol_look_preint(&job->look);

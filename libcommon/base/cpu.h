@@ -15,6 +15,9 @@ VolStatus vol_cpu_choose(const char *name, VolCpu *out, VolError *err);
 const char *vol_cpu_name(VolCpu cpu);
 const char *vol_cpu_list(void); /* "scalar,avx2" */
 
+/* Whether kernels compiled for AVX2 and fused multiply-add are to be run. */
+static inline bool vol_cpu_runs_avx2(VolCpu cpu) { return cpu == VOL_CPU_AVX2 || cpu == VOL_CPU_AVX512; }
+
 /* `wanted` 0: what affinity and the cgroup's cpu.max allow (rounded up, at least 1). */
 int vol_thread_count(int wanted);
 

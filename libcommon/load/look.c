@@ -19,7 +19,7 @@ static bool changes_steps(const VolLook *look, const VolLookSettings *settings)
 static VolStatus make_tables(VolLook *look, const VolGrid *grid, const VolLookSettings *settings, VolError *err)
 {
     VolPreintOptions options = {.n = settings->nodes, .step = settings->step, .octaves = 1, .threads = settings->threads,
-                                .change = vol_volume_change(grid, settings->step)};
+                                .cpu = settings->cpu, .change = vol_volume_change(grid, settings->step)};
     vol_preint_default_range(&look->compiled, &options.lo, &options.hi);
     return vol_preint_build(&look->compiled, &options, &look->preint, err);
 }

@@ -25,6 +25,7 @@ typedef struct VolLookSettings {
     double step;                       /* world units, for `full` */
     size_t nodes;                      /* of tables made here */
     int threads;
+    VolCpu cpu;
 } VolLookSettings;
 
 /* `part`: which of several transfer functions in the file, or NULL. */

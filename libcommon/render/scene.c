@@ -183,7 +183,7 @@ VolTraceRays *vol_kernel(const VolScene *scene)
     static VolTraceRays *const avx512[3] = {vol_exact_f32_avx512, vol_direct_f32_avx512, vol_segments_f32_avx512};
     if (scene->cpu == VOL_CPU_AVX512 && !scene->precise)
         return avx512[kind];
-    if (scene->cpu == VOL_CPU_AVX2 || scene->cpu == VOL_CPU_AVX512)
+    if (vol_cpu_runs_avx2(scene->cpu))
         return avx2[scene->precise][kind];
 #endif
     return plain[scene->precise][kind];

@@ -11,6 +11,7 @@
 #ifndef VOL_TF_PREINT_H
 #define VOL_TF_PREINT_H
 
+#include "base/cpu.h"
 #include "tf/tf.h"
 
 /* ---- Values and integrals in one dimension ---- */
@@ -98,6 +99,7 @@ typedef struct VolPreintOptions {
     size_t octaves;
     double change; /* by how much the value can change over `step`; INFINITY: all of the table is built */
     int threads;
+    VolCpu cpu; /* whose kernels; the same tables by any */
 } VolPreintOptions;
 
 /* From the lowest to the highest node; widened where that is nothing. */

@@ -67,11 +67,11 @@ static void sum_between(const VolTfCompiled *tf, double v0, double v1, int chann
     }
 }
 
-/* Deviations from even spreading; the mirror image (lane 1) has the opposite ones.  Particles count by the share of
+/* Deviations from even spreading; the mirror image (an odd lane) has the opposite ones.  Particles count by the share of
  * the bin's length that the piece takes. */
-static void put_piece(const Sums *sum, double share, int lane, Bin *to)
+static void put_piece(const Sums *sum, double share, size_t lane, Bin *to)
 {
-    double s = sum->s, p = sum->p, turn = lane ? -1 : 1, turned_share = turn * share;
+    double s = sum->s, p = sum->p, turn = lane & 1 ? -1 : 1, turned_share = turn * share;
     to->surface[lane] = s;
     to->particle[lane] = p * share;
     to->mixed[lane] = (sum->mixed - s * p / 2) * turned_share;
@@ -138,21 +138,33 @@ static size_t piece_count(const VolPreint *tables, size_t bin, VolPreintCut how)
     return count;
 }
 
-/* In lane 1 the pieces come in the opposite order. */
-static void put_bin(const VolPreint *tables, size_t bin, int channel, VolPreintCut how, int lane, Bin *pieces,
-                    Pair *share)
+/* Both ways: upwards the bin is number `bin`, downwards number n-2-bin, and its pieces come in the opposite order. */
+static void put_bin(const VolPreint *tables, size_t bin, int channel, VolPreintCut how, const Bins *out)
 {
+    size_t mirrored = tables->n - 2 - bin, up_lane = 2 * (bin & 1), down_lane = 2 * (mirrored & 1) + 1;
+    size_t up = out->first[bin / 2], down = out->first[mirrored / 2] + piece_count(tables, bin, how);
     Cuts cuts = begin_cuts(tables, bin, how);
-    size_t at = lane ? piece_count(tables, bin, how) : 0;
-    for (double from, to; next_cut(&cuts, &from, &to);) {
+    for (double from, to; next_cut(&cuts, &from, &to); up++) {
         Sums sum;
         double part = (to - from) / (cuts.v1 - cuts.v0);
-        at -= (size_t)lane;
+        down--;
         sum_between(tables->integrals.tf, from, to, channel, &sum);
-        put_piece(&sum, part, lane, &pieces[at]);
-        share[at][lane] = part;
-        at += (size_t)!lane;
+        put_piece(&sum, part, up_lane, &out->pieces[up]);
+        put_piece(&sum, part, down_lane, &out->pieces[down]);
+        out->share[up][up_lane] = out->share[down][down_lane] = part;
     }
+}
+
+/* Pieces of the couple: as many as the most divided of its four bins has. */
+static size_t couple_count(const VolPreint *tables, size_t couple, VolPreintCut how)
+{
+    size_t most = 0, bins = tables->n - 1;
+    for (size_t bin = 2 * couple; bin < 2 * couple + 2 && bin < bins; bin++) {
+        size_t up = piece_count(tables, bin, how), down = piece_count(tables, bins - 1 - bin, how);
+        most = up > most ? up : most;
+        most = down > most ? down : most;
+    }
+    return most;
 }
 
 void vol_preint_bins_free(Bins *bins)
@@ -165,12 +177,11 @@ void vol_preint_bins_free(Bins *bins)
 
 VolStatus vol_preint_bins(const VolPreint *tables, int channel, VolPreintCut how, Bins *out, VolError *err)
 {
-    size_t count = tables->n - 1, total = 0;
-    *out = (Bins){.first = vol_alloc(count + 1, sizeof *out->first)};
-    for (size_t b = 0; out->first && b < count; b++) {
-        size_t up = piece_count(tables, b, how), down = piece_count(tables, count - 1 - b, how);
-        out->first[b] = total;
-        total += up > down ? up : down;
+    size_t couples = tables->n / 2, total = 0;
+    *out = (Bins){.first = vol_alloc(couples + 1, sizeof *out->first)};
+    for (size_t m = 0; out->first && m < couples; m++) {
+        out->first[m] = total;
+        total += couple_count(tables, m, how);
     }
     out->pieces = vol_alloc_aligned(64, total, sizeof *out->pieces);
     out->share = vol_alloc_aligned(64, total, sizeof *out->share);
@@ -178,13 +189,10 @@ VolStatus vol_preint_bins(const VolPreint *tables, int channel, VolPreintCut how
         vol_preint_bins_free(out);
         return vol_fail_memory(err, total * sizeof *out->pieces);
     }
-    out->first[count] = total;
+    out->first[couples] = total;
     memset(out->pieces, 0, total * sizeof *out->pieces);
     memset(out->share, 0, total * sizeof *out->share);
-    for (size_t b = 0; b < count; b++) {
-        size_t at = out->first[b];
-        put_bin(tables, b, channel, how, 0, &out->pieces[at], &out->share[at]);
-        put_bin(tables, count - 1 - b, channel, how, 1, &out->pieces[at], &out->share[at]);
-    }
+    for (size_t bin = 0; bin + 1 < tables->n; bin++)
+        put_bin(tables, bin, channel, how, out);
     return VOL_OK;
 }

@@ -160,6 +160,7 @@ static const Level levels[LEVELS] = {{4, {16, SIZE_MAX}}, {16, {4, SIZE_MAX}}, {
 typedef struct Building {
     const VolPreint *tables;
     const VolPreintTable *table;
+    VolPreintDiagonal *diagonal;
     Bins bins[LEVELS][3]; /* per channel of attenuation */
     State **work; /* one per thread: leaves, then suffixes */
 } Building;
@@ -168,13 +169,13 @@ static VolStatus build_diagonal(void *user, size_t index, int thread, VolError *
 {
     const Building *b = user;
     (void)err;
-    State *leaves = b->work[thread], *suffix = leaves + (b->tables->n - 1);
+    State *leaves = b->work[thread], *suffix = leaves + b->tables->n;
     size_t k = index + 1;
     int level = 0;
     while (levels[level].last < k)
         level++;
     for (int c = 0; c < b->tables->channels; c++)
-        vol_preint_diagonal(b->tables, b->table, &b->bins[level][c], k, c, leaves, suffix);
+        b->diagonal(b->tables, b->table, &b->bins[level][c], k, c, leaves, suffix);
     return VOL_OK;
 }
 
@@ -189,9 +190,9 @@ static VolStatus build_tables(const VolPreint *tables, int threads, Building *b,
             status = vol_preint_bins(tables, c, how, &b->bins[l][c], err);
         }
     for (int t = 0; !status && t < threads; t++) {
-        b->work[t] = vol_alloc_aligned(64, 2 * (tables->n - 1), sizeof(State));
+        b->work[t] = vol_alloc_aligned(64, 2 * tables->n, sizeof(State));
         if (!b->work[t])
-            status = vol_fail_memory(err, 2 * (tables->n - 1) * sizeof(State));
+            status = vol_fail_memory(err, 2 * tables->n * sizeof(State));
     }
     for (size_t o = 0; !status && o < tables->octave_count; o++) {
         b->table = &tables->octaves[o];
@@ -207,7 +208,12 @@ VolStatus vol_preint_build(const VolTfCompiled *tf, const VolPreintOptions *opti
     VolStatus status = vol_preint_allocate(tf, options, NULL, out, err);
     if (status)
         return status;
-    Building b = {.tables = out, .work = vol_alloc_zero((size_t)threads, sizeof *b.work)};
+    Building b = {.tables = out, .diagonal = vol_preint_diagonal,
+                  .work = vol_alloc_zero((size_t)threads, sizeof *b.work)};
+#if defined(__x86_64__)
+    if (vol_cpu_runs_avx2(options->cpu))
+        b.diagonal = vol_preint_diagonal_avx2;
+#endif
     status = b.work ? build_tables(out, threads, &b, err) : vol_fail_memory(err, (size_t)threads * sizeof *b.work);
     for (int t = 0; b.work && t < threads; t++)
         free(b.work[t]);

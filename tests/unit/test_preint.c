@@ -354,12 +354,13 @@ static void test_windows_are_compositions(void)
                 double through = 1, a0 = 0, a1 = 0, p = 0, c0 = 0, c1 = 0, q = 0;
                 for (size_t b = 0; b < k; b++) {
                     const State *leaf = &work[i + b];
-                    a0 += through * leaf->a0[lane];
-                    a1 += through * (leaf->a1[lane] + (double)b * leaf->a0[lane]);
-                    p += through * leaf->p0[lane];
-                    c0 += through * leaf->c0[1][lane];
-                    c1 += through * (leaf->c1[1][lane] + (double)b * leaf->c0[1][lane]);
-                    q += through * leaf->q[1][lane];
+                    const Light *opacity = &leaf->light[0], *green = &leaf->light[1]; /* quantities 0 and 2 */
+                    a0 += through * opacity->all[lane];
+                    a1 += through * (opacity->moment[lane] + (double)b * opacity->all[lane]);
+                    p += through * opacity->particles[lane];
+                    c0 += through * green->all[lane];
+                    c1 += through * (green->moment[lane] + (double)b * green->all[lane]);
+                    q += through * green->particles[lane];
                     through *= leaf->t[lane];
                 }
                 const float *e = lane ? vol_preint_entry(&t, &t.octaves[0], N - 1 - i, N - 1 - i - k)
