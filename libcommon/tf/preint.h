@@ -75,6 +75,7 @@ typedef struct VolPreintTable {
     double step;
     size_t band; /* the last diagonal, at most n - 1 */
     float *rising, *falling;
+    VolPages pages; /* where both lie */
 } VolPreintTable;
 
 /* An entry is `floats` numbers: fw_a, bw_a, p_a (`channels` each), then fw_c, bw_c, p_c (three each). */

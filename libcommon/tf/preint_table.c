@@ -71,9 +71,11 @@ static size_t band_of(const VolPreint *tables, double change)
 static VolStatus allocate_table(const VolPreint *tables, VolPreintTable *table, VolError *err)
 {
     size_t rows = table->band + 1, entries = rows * tables->n - rows * (rows - 1) / 2;
-    table->rising = vol_alloc_zero(entries, tables->floats * sizeof(float));
-    table->falling = vol_alloc_zero(entries, tables->floats * sizeof(float));
-    return table->rising && table->falling ? VOL_OK : vol_fail_memory(err, 2 * entries * tables->floats * sizeof(float));
+    if (!vol_pages_grow(&table->pages, 2 * entries, tables->floats * sizeof(float)))
+        return vol_fail_memory(err, 2 * entries * tables->floats * sizeof(float));
+    table->rising = table->pages.data;
+    table->falling = table->rising + entries * tables->floats;
+    return VOL_OK;
 }
 
 /* Marks the bins in which a surface is so dense that entries at their ends say little of what lies between. */
@@ -119,10 +121,8 @@ VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *o
 
 void vol_preint_free(VolPreint *tables)
 {
-    for (size_t o = 0; o < tables->octave_count; o++) {
-        free(tables->octaves[o].rising);
-        free(tables->octaves[o].falling);
-    }
+    for (size_t o = 0; o < tables->octave_count; o++)
+        vol_pages_free(&tables->octaves[o].pages);
     free(tables->octaves);
     free(tables->dense);
     vol_tf_integrals_free(&tables->integrals);

@@ -6,6 +6,7 @@
 #ifdef __AVX2__
 #include <immintrin.h>
 #endif
+#include <stdbool.h>
 #include <stdint.h>
 
 #define INLINE static inline __attribute__((always_inline))
@@ -19,6 +20,7 @@ INLINE Quad quad(double x) { return (Quad){x, x, x, x}; }
  * of b. */
 #ifdef __AVX2__
 INLINE Mask below(Quad a, Quad b) { return a < b; }
+INLINE bool any(Mask mask) { return _mm256_movemask_pd((__m256d)mask) != 0; }
 INLINE Quad choose(Mask mask, Quad yes, Quad no)
 {
     return (Quad)_mm256_blendv_pd((__m256d)no, (__m256d)yes, (__m256d)mask);
@@ -44,6 +46,7 @@ INLINE Mask below(Quad a, Quad b)
     return (Mask)x.quad;
 }
 INLINE Quad halves(Quad a, Quad b, int i) { return ((Pairs){.pair = {((Pairs){a}).pair[i], ((Pairs){b}).pair[i]}}).quad; }
+INLINE bool any(Mask mask) { return (mask[0] | mask[1] | mask[2] | mask[3]) != 0; }
 INLINE Quad choose(Mask mask, Quad yes, Quad no) { return (Quad)((mask & (Mask)yes) | (~mask & (Mask)no)); }
 INLINE Quad least(Quad a, Quad b) { return choose(below(a, b), a, b); }
 INLINE Quad most(Quad a, Quad b) { return choose(below(b, a), a, b); }
