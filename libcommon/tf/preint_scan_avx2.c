@@ -2,7 +2,7 @@
 #include "tf/preint_scan_tmpl.h"
 
 void vol_preint_diagonal_avx2(const VolPreint *tables, const VolPreintTable *table, const Bins *bins, size_t k, int channel,
-                         State *leaves, State *suffix)
+                              State *leaves, State *suffix)
 {
     diagonal(tables, table, bins, k, channel, leaves, suffix);
 }

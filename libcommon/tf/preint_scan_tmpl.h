@@ -73,10 +73,10 @@ INLINE void leaf(const Bin *bin, Quad h, const Moments *moments, int first, int 
 
     /* The slopes' limit keeps what surfaces and particles show in proportion to what they hide. */
     Quad mixed = slope * (h * bin->mixed), f = within(mixed, quad(2) * least(bin->surface, tp));
-    Mask cut = below(f, mixed) | below(mixed, f);
+    Mask beyond = below(f, mixed) | below(mixed, f);
     Quad limited = quad(1);
-    if (any(cut))
-        limited = choose(cut, f / choose(cut, mixed, quad(1)), limited);
+    if (any(beyond))
+        limited = choose(beyond, f / choose(beyond, mixed, quad(1)), limited);
     Quad kappa = within(quad(6) * over_t * (bin->where_s + h * bin->where_p), quad(1));
 
     Quad d1 = m.m1 - quad(0.5) * m.m0, d2 = m.m2 - quad(0.5) * m.m1, d3 = m.m3 - quad(0.5) * m.m2;
