@@ -11,14 +11,17 @@ MANDIR   ?= $(PREFIX)/share/man
 BUILD    ?= build
 CC       ?= cc
 CXX      ?= c++
-OPT      ?= -O2 -g
 # SAN=address,undefined or SAN=thread builds beside the ordinary objects.
 SAN      ?=
 ifneq ($(SAN),)
+# Checks stand around nearly every operation of the ray kernels: at -O2 and -O3 the compiler takes over 40 minutes for
+# them, at -O1 a few.
+OPT      ?= -O1 -g1
 OUT      := $(BUILD)/san-$(subst $(comma),-,$(SAN))
 # VOL_FAULT=malloc:N makes the N-th allocation fail: tests/fault
 SANFLAGS := -fsanitize=$(SAN) -fno-sanitize-recover=all -fno-omit-frame-pointer -DVOL_FAULTS
 else
+OPT      ?= -O2 -g
 OUT      := $(BUILD)
 endif
 
@@ -85,8 +88,8 @@ deps:
 	$(Q).ci/setup $(PKGS_ALL)
 
 # ---- rules ---------------------------------------------------------------------------------------------------------
-# The source has the vectors; unrolling keeps them in registers.
-LANES_OPT := -O3 -fno-tree-vectorize -funroll-loops
+# The source has the vectors; unrolling keeps them in registers.  With sanitizers at -O1 as well: see OPT.
+LANES_OPT := $(if $(SAN),,-O3 -fno-tree-vectorize -funroll-loops)
 $(OUT)/obj/%_avx2.o: CFLAGS += -mavx2 -mfma $(LANES_OPT)
 $(OUT)/obj/%_avx512.o: CFLAGS += -mavx2 -mfma -mavx512f -mavx512dq -mavx512vl -mavx512bw -mprefer-vector-width=512 $(LANES_OPT)
 $(OUT)/obj/libcommon/io/exr.o: CFLAGS += $(EXR_CFLAGS)
