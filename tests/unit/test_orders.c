@@ -87,6 +87,7 @@ static double error_of(OneCell *cell, const VolRay *ray, VolEstimator estimator,
     cell->scene.preint = &tables;
     traced(&cell->scene, ray, &got);
     vol_preint_free(&tables);
+    cell->scene.preint = NULL; /* they end here */
     return fmax(fabs(exact.color[0] - got.color[0]), fabs(exp(-exact.tau[0]) - exp(-got.tau[0])));
 }
 
