@@ -2,27 +2,38 @@
 . "$TESTS/lib.sh"
 echo '{"pellucid": "transfer-function/1", "scatter": [[0, 0.5], [1, 0.5]]}' >tf.json
 
+# N places spread over SIZE bytes, and the last byte.
+spread() { awk -v n="$1" -v size="$2" 'BEGIN { for (i = 1; i < n; i++) print int(size * i / n); print size - 1 }'; }
+
+# FILE, the places to cut it at, then programs: each refuses what is before each place.
+cut_short() {
+    whole=$1 cuts=$2 cut_file=cut.${1#*.} bad=0 tried=0
+    size=$(wc -c <"$whole")
+    shift 2
+    for cut in $cuts; do
+        [ "$cut" -lt "$size" ] || continue
+        head -c "$cut" "$whole" >"$cut_file"
+        for program in "$@"; do
+            tried=$((tried + 1))
+            $program "$cut_file" >stdout 2>stderr
+            code=$?
+            if [ $code != 3 ] || ! grep -q "^[a-z]*-[a-z]*: error: .*$cut_file" stderr || [ -e out.exr ] ||
+                [ -s stdout ]; then
+                bad=$((bad + 1))
+                echo "$program, cut at $cut of $size: exit $code: $(head -n 1 stderr)" >>"cuts.$whole"
+                rm -f out.exr
+            fi
+        done
+    done
+    check "$tried runs on $whole cut short" test $bad = 0 -a $tried -gt 0
+    [ $bad = 0 ] || sed 's/^/# /' "cuts.$whole"
+}
 
 # Cuts: a handful at the start, where every byte means something, then spread over the file.
 must makevdb --dims 20,20,20 --field noise:1 --text key=value --also --name second --field waves >a.vdb
 size=$(wc -c <a.vdb)
-bad=0 tried=0
-for cut in 0 1 3 4 7 8 12 15 16 20 21 40 56 57 58 60 61 64 65 72 90 100 120 150 200 300 $(awk -v n="$size" 'BEGIN { for (i = 1; i < 40; i++) print int(n * i / 40); print n - 1 }'); do
-    [ "$cut" -lt "$size" ] || continue
-    head -c "$cut" a.vdb >cut.vdb
-    for program in 'vol-render -t tf.json --size 4x4 -o out.exr' 'vol-info'; do
-        tried=$((tried + 1))
-        $program cut.vdb >stdout 2>stderr
-        code=$?
-        if [ $code != 3 ] || ! grep -q '^vol-[a-z]*: error: .*cut.vdb' stderr || [ -e out.exr ] || [ -s stdout ]; then
-            bad=$((bad + 1))
-            echo "$program, cut at $cut of $size: exit $code: $(head -n 1 stderr)" >>why
-            rm -f out.exr
-        fi
-    done
-done
-check "$tried runs on a VDB cut short" test $bad = 0
-[ $bad = 0 ] || sed 's/^/# /' why
+cut_short a.vdb "0 1 3 4 7 8 12 15 16 20 21 40 56 57 58 60 61 64 65 72 90 100 120 150 200 300 $(spread 40 "$size")" \
+    'vol-render -t tf.json --size 4x4 -o out.exr' vol-info
 exits 3 'a cut pipe' sh -c 'head -c 2000 a.vdb | vol-render -t tf.json --size 4x4'
 check_not 'no output from a cut pipe' test -s stdout
 
@@ -64,22 +75,6 @@ done
 
 # Images.
 must makeexr 37x29 R=0.5 G=0.25 B=1 A=0 normal.X=3 >a.exr
-size=$(wc -c <a.exr)
-bad=0 tried=0
-for cut in 0 1 3 4 7 8 9 20 50 100 150 200 250 300 $(awk -v n="$size" 'BEGIN { for (i = 1; i < 20; i++) print int(n * i / 20); print n - 1 }'); do
-    [ "$cut" -lt "$size" ] || continue
-    head -c "$cut" a.exr >cut.exr
-    for program in "vol-diff a.exr" vol-info "exr-join -o out.exr"; do
-        tried=$((tried + 1))
-        $program cut.exr >stdout 2>stderr
-        code=$?
-        if [ $code != 3 ] || ! grep -q ': error: .*cut.exr' stderr || [ -e out.exr ]; then
-            bad=$((bad + 1))
-            echo "$program, cut at $cut of $size: exit $code: $(head -n 1 stderr)" >>cuts
-            rm -f out.exr
-        fi
-    done
-done
-check "$tried runs on an EXR cut short" test $bad = 0
-[ $bad = 0 ] || sed 's/^/# /' cuts
+cut_short a.exr "0 1 3 4 7 8 9 20 50 100 150 200 250 300 $(spread 20 "$(wc -c <a.exr)")" \
+    'vol-diff a.exr' vol-info 'exr-join -o out.exr'
 finish

@@ -42,6 +42,17 @@ static double ulps(double got, long double want)
     return (double)(fabsl((long double)got - want) / (long double)ulp);
 }
 
+/* The largest error so far, and where it was. */
+typedef struct Worst {
+    double off, x, y;
+} Worst;
+
+static void note(Worst *worst, double off, double x, double y)
+{
+    if (off > worst->off)
+        *worst = (Worst){off, x, y};
+}
+
 typedef struct Case {
     const char *name;
     double (*own)(double);
@@ -51,33 +62,26 @@ typedef struct Case {
 
 static void check_range(const Case *c, double lo, double hi)
 {
-    double worst = 0, where = 0;
+    Worst worst = {0};
     for (int i = 0; i < SAMPLES; i++) {
-        double x = uniform(lo, hi), off = ulps(c->own(x), c->library((long double)x));
-        if (off > worst) {
-            worst = off;
-            where = x;
-        }
+        double x = uniform(lo, hi);
+        note(&worst, ulps(c->own(x), c->library((long double)x)), x, 0);
     }
-    if (worst > c->bound)
-        FAIL("%s(%a): %.3f ulp", c->name, where, worst);
+    if (worst.off > c->bound)
+        FAIL("%s(%a): %.3f ulp", c->name, worst.x, worst.off);
 }
 
 static void check_sizes(const Case *c, int lo, int hi, bool positive)
 {
-    double worst = 0, where = 0;
+    Worst worst = {0};
     for (int i = 0; i < SAMPLES; i++) {
         double x = any_size(lo, hi);
         if (positive)
             x = fabs(x);
-        double off = ulps(c->own(x), c->library((long double)x));
-        if (off > worst) {
-            worst = off;
-            where = x;
-        }
+        note(&worst, ulps(c->own(x), c->library((long double)x)), x, 0);
     }
-    if (worst > c->bound)
-        FAIL("%s(%a): %.3f ulp", c->name, where, worst);
+    if (worst.off > c->bound)
+        FAIL("%s(%a): %.3f ulp", c->name, worst.x, worst.off);
 }
 
 static void test_exp(void)
@@ -119,7 +123,7 @@ static void test_cbrt(void)
 
 static void test_pow(void)
 {
-    double worst = 0, wx = 0, wy = 0;
+    Worst worst = {0};
     for (int i = 0; i < 4 * SAMPLES; i++) {
         double x, y;
         if (i & 1) {
@@ -132,15 +136,10 @@ static void test_pow(void)
         long double want = powl((long double)x, (long double)y);
         if ((double)want < DBL_MIN) /* denormal results are rounded twice: below */
             continue;
-        double off = ulps(vol_pow(x, y), want);
-        if (off > worst) {
-            worst = off;
-            wx = x;
-            wy = y;
-        }
+        note(&worst, ulps(vol_pow(x, y), want), x, y);
     }
-    if (worst > 0.6)
-        FAIL("pow(%a, %a): %.3f ulp", wx, wy, worst);
+    if (worst.off > 0.6)
+        FAIL("pow(%a, %a): %.3f ulp", worst.x, worst.y, worst.off);
     for (double y = -1022; y > -1080; y -= 0.01)
         if (ulps(vol_pow(2, y), powl(2, (long double)y)) > 1)
             FAIL("pow(2, %a): %.3f ulp", y, ulps(vol_pow(2, y), powl(2, (long double)y)));
@@ -204,19 +203,14 @@ static void test_inverse(void)
     check_range(&acos_case, -1, -0.999999);
     check_sizes(&asin_case, -1074, 0, false);
     check_sizes(&acos_case, -1074, 0, false);
-    double worst = 0, wx = 0, wy = 0;
+    Worst worst = {0};
     for (int i = 0; i < 4 * SAMPLES; i++) {
         double x = i & 1 ? uniform(-1, 1) : any_size(-1074, 1024), y = i & 2 ? uniform(-1, 1) : any_size(-1074, 1024);
         long double want = atan2l((long double)y, (long double)x);
-        double off = fabsl(want) < (long double)DBL_MIN ? 0 : ulps(vol_atan2(y, x), want);
-        if (off > worst) {
-            worst = off;
-            wx = x;
-            wy = y;
-        }
+        note(&worst, fabsl(want) < (long double)DBL_MIN ? 0 : ulps(vol_atan2(y, x), want), x, y);
     }
-    if (worst > 0.55)
-        FAIL("atan2(%a, %a): %.3f ulp", wy, wx, worst);
+    if (worst.off > 0.55)
+        FAIL("atan2(%a, %a): %.3f ulp", worst.y, worst.x, worst.off);
 }
 
 static void test_atan2_edges(void)
