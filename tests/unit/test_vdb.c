@@ -2,22 +2,9 @@
 #include <dirent.h>
 #include <stdlib.h>
 
-#include "io/vdb.h"
-#include "tests/unit/test.h"
+#include "tests/unit/vdb_help.h"
 
 /* ---- helpers ---- */
-
-static VolError err;
-
-static const VolAffine unit = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
-
-static VolBytes copy_of(const VolBytes *bytes, size_t size)
-{
-    VolBytes copy = {malloc(size ? size : 1), size, false};
-    if (size)
-        memcpy(copy.data, bytes->data, size);
-    return copy;
-}
 
 static VolBytes load(const char *name)
 {
@@ -32,40 +19,6 @@ static VolBytes load(const char *name)
     }
     return bytes;
 }
-
-/* Opens a copy, so that `bytes` may be used again. */
-static VolVdb *open_copy(const VolBytes *bytes)
-{
-    VolVdb *vdb = NULL;
-    VolStatus status = vol_vdb_open(copy_of(bytes, bytes->size), "test", &vdb, &err);
-    if (status)
-        FAIL("open: %d %s", status, err.text);
-    return vdb;
-}
-
-static VolVdbWriter *new_writer(VolVdbCompression compression)
-{
-    VolVdbWriter *writer = NULL;
-    CHECK(vol_vdb_writer_new(compression, &writer, &err) == VOL_OK);
-    return writer;
-}
-
-static VolBytes finish(VolVdbWriter *writer)
-{
-    VolBytes bytes;
-    VolStatus status = vol_vdb_finish(writer, &bytes, &err);
-    if (status)
-        FAIL("finish: %d %s", status, err.text);
-    vol_vdb_writer_free(writer);
-    return bytes;
-}
-
-#define OK(call)                                         \
-    do {                                                 \
-        VolStatus status_ = (call);                      \
-        if (status_)                                     \
-            FAIL("%s: %d %s", #call, status_, err.text); \
-    } while (0)
 
 /* A small generator of repeatable numbers. */
 static uint64_t random_state;
@@ -123,9 +76,10 @@ static VolStatus see_begin(void *user, const VolVdbGridInfo *info, VolError *e)
     return VOL_OK;
 }
 
-static VolStatus see_leaf(Seen *seen, const int32_t origin[3], const float *floats, const double *doubles,
+static VolStatus see_leaf(void *user, const int32_t origin[3], const float *floats, const double *doubles,
                           const uint64_t active[8], VolError *e)
 {
+    Seen *seen = user;
     int components = vol_vdb_components(seen->info.value);
     if (seen->leaves++ == seen->stop_after)
         return vol_fail(e, VOL_NO, "seen enough");
@@ -139,18 +93,6 @@ static VolStatus see_leaf(Seen *seen, const int32_t origin[3], const float *floa
             seen->values[3 * i + (size_t)c] = floats ? (double)floats[n * components + c] : doubles[n * components + c];
     }
     return VOL_OK;
-}
-
-static VolStatus see_float(void *user, const int32_t origin[3], const float *values, const uint64_t active[8],
-                           VolError *e)
-{
-    return see_leaf(user, origin, values, NULL, active, e);
-}
-
-static VolStatus see_double(void *user, const int32_t origin[3], const double *values, const uint64_t active[8],
-                            VolError *e)
-{
-    return see_leaf(user, origin, NULL, values, active, e);
 }
 
 static VolStatus see_tile(void *user, const int32_t origin[3], int32_t size, const double value[3], bool active,

@@ -1,22 +1,10 @@
 /* Leaves of a VDB as they are unpacked: however inactive values were kept, whatever the compression, over threads. */
-#include <math.h>
 #include <pthread.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "io/vdb.h"
-#include "tests/unit/test.h"
-
-static VolError err;
-static const VolAffine unit = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
-
-#define OK(call)                                         \
-    do {                                                 \
-        VolStatus status_ = (call);                      \
-        if (status_)                                     \
-            FAIL("%s: %d %s", #call, status_, err.text); \
-    } while (0)
+#include "tests/unit/vdb_help.h"
 
 static const struct {
     const char *name;
@@ -77,10 +65,8 @@ static int leaf_at(const int32_t origin[3])
 
 static VolBytes write(VolVdbStore store, int components, VolVdbCompression compression)
 {
-    VolVdbWriter *writer;
-    VolBytes bytes = {0};
+    VolVdbWriter *writer = new_writer(compression);
     VolVdbNewGrid grid = {.name = "density", .store = store, .index_to_world = unit, .background = {2, 4, 6}};
-    OK(vol_vdb_writer_new(compression, &writer, &err));
     OK(vol_vdb_begin_grid(writer, &grid, &err));
     for (int leaf = 0; leaf < LEAVES; leaf++) {
         double values[512 * 3];
@@ -96,9 +82,7 @@ static VolBytes write(VolVdbStore store, int components, VolVdbCompression compr
     }
     OK(vol_vdb_put_tile(writer, (int32_t[]){-8, 800, 0}, 8, (double[]){7, 8, 9}, true, &err));
     OK(vol_vdb_end_grid(writer, &err));
-    OK(vol_vdb_finish(writer, &bytes, &err));
-    vol_vdb_writer_free(writer);
-    return bytes;
+    return finish(writer);
 }
 
 /* ---- a visitor that checks each leaf ---- */
@@ -110,9 +94,10 @@ typedef struct Check {
     int stop_at; /* leaf that fails; -1: none */
 } Check;
 
-static VolStatus check_leaf(Check *check, const int32_t origin[3], const float *floats, const double *doubles,
-                            const uint64_t active[8], VolError *e)
+static VolStatus see_leaf(void *user, const int32_t origin[3], const float *floats, const double *doubles,
+                          const uint64_t active[8], VolError *e)
 {
+    Check *check = user;
     int leaf = leaf_at(origin), wrong = 0;
     if (leaf < 0 || leaf >= LEAVES)
         return vol_fail(e, VOL_NO, "no such leaf");
@@ -131,18 +116,6 @@ static VolStatus check_leaf(Check *check, const int32_t origin[3], const float *
     check->wrong += wrong;
     pthread_mutex_unlock(&check->lock);
     return VOL_OK;
-}
-
-static VolStatus show_float(void *user, const int32_t origin[3], const float *values, const uint64_t active[8],
-                            VolError *e)
-{
-    return check_leaf(user, origin, values, NULL, active, e);
-}
-
-static VolStatus show_double(void *user, const int32_t origin[3], const double *values, const uint64_t active[8],
-                             VolError *e)
-{
-    return check_leaf(user, origin, NULL, values, active, e);
 }
 
 static VolStatus place(void *user, const int32_t origin[3], VolError *e)
@@ -173,7 +146,7 @@ static Check new_check(int components)
 static void visit_all(const VolVdb *vdb, int components, bool doubles, int threads)
 {
     Check check = new_check(components);
-    VolVdbVisitor visitor = {NULL, doubles ? NULL : show_float, doubles ? show_double : NULL, tile,
+    VolVdbVisitor visitor = {NULL, doubles ? NULL : see_float, doubles ? see_double : NULL, tile,
                              threads ? place : NULL, threads};
     OK(vol_vdb_visit(vdb, 0, &visitor, &check, &err));
     CHECK(check.placed == (threads ? LEAVES : 0) && check.tiles == 1 && check.wrong == 0);
@@ -185,8 +158,9 @@ static void leaves_come_back_as_they_were(void)
 {
     for (int s = 0; s < STORES; s++)
         for (VolVdbCompression compression = VOL_COMPRESS_NONE; compression <= VOL_COMPRESS_BLOSC; compression++) {
-            VolVdb *vdb = NULL;
-            OK(vol_vdb_open(write(stores[s].store, stores[s].components, compression), "test", &vdb, &err));
+            VolBytes bytes = write(stores[s].store, stores[s].components, compression);
+            VolVdb *vdb = open_copy(&bytes);
+            vol_bytes_free(&bytes);
             if (!vdb)
                 return;
             for (int threads = 0; threads <= 3; threads++)
@@ -197,11 +171,12 @@ static void leaves_come_back_as_they_were(void)
 
 static void the_first_leaf_that_fails_ends_the_visit(void)
 {
-    VolVdb *vdb = NULL;
-    OK(vol_vdb_open(write(VOL_STORE_FLOAT, 1, VOL_COMPRESS_ZIP), "test", &vdb, &err));
+    VolBytes bytes = write(VOL_STORE_FLOAT, 1, VOL_COMPRESS_ZIP);
+    VolVdb *vdb = open_copy(&bytes);
+    vol_bytes_free(&bytes);
     for (int threads = 0; threads <= 3; threads++) {
         Check check = new_check(1);
-        VolVdbVisitor visitor = {NULL, show_float, NULL, NULL, threads ? place : NULL, threads};
+        VolVdbVisitor visitor = {NULL, see_float, NULL, NULL, threads ? place : NULL, threads};
         check.stop_at = 77;
         CHECK(vol_vdb_visit(vdb, 0, &visitor, &check, &err) == VOL_NO);
         CHECK_TEXT(err.text, "leaf 77 is not wanted");
@@ -217,13 +192,12 @@ static void damaged_blocks(void)
         VolBytes bytes = write(VOL_STORE_DOUBLE, 1, compression);
         for (size_t n = 0; n < 60; n++) {
             size_t where = bytes.size - 1 - mix((uint32_t)n, 5) % (bytes.size / 2);
-            unsigned char *copy = malloc(bytes.size);
+            VolBytes copy = copy_of(&bytes, bytes.size);
             VolVdb *vdb = NULL;
             Check check = new_check(1);
-            VolVdbVisitor visitor = {NULL, show_float, NULL, NULL, place, 2};
-            memcpy(copy, bytes.data, bytes.size);
-            copy[where] ^= (unsigned char)(1u << n % 8);
-            VolStatus status = vol_vdb_open((VolBytes){copy, bytes.size, false}, "test", &vdb, &err);
+            VolVdbVisitor visitor = {NULL, see_float, NULL, NULL, place, 2};
+            copy.data[where] ^= (unsigned char)(1u << n % 8);
+            VolStatus status = vol_vdb_open(copy, "test", &vdb, &err);
             if (!status)
                 status = vol_vdb_visit(vdb, 0, &visitor, &check, &err);
             CHECK(status == VOL_OK || status == VOL_BAD_INPUT);
