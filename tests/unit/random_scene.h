@@ -29,6 +29,14 @@ static inline double random_unit(Random *r) { return (double)(random_bits(r) >> 
 static inline double random_in(Random *r, double lo, double hi) { return lo + (hi - lo) * random_unit(r); }
 static inline int random_below(Random *r, int n) { return (int)(random_bits(r) % (uint64_t)n); }
 
+/* `--seed N` on the command line: random scenes N+1, N+2, ... */
+static inline uint64_t seed_before_first(int argc, char **argv)
+{
+    uint64_t seed = argc == 3 && strcmp(argv[1], "--seed") == 0 ? strtoull(argv[2], NULL, 10) : 0;
+    printf("# seeds from %llu\n", (unsigned long long)seed + 1);
+    return seed;
+}
+
 /* NO_PLATEAUS: no values exactly at knots and no holes, where rounding decides the side of a jump. */
 enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4 };
 
@@ -129,7 +137,6 @@ static void random_nodes(Random *r, char *text, size_t size, const char *key, in
     snprintf(text + n, size - n, "]");
 }
 
-
 static void random_tf(Random *r, int flags, char *text, size_t size)
 {
     static const char *const models[] = {"hybrid", "unshaded", "classic"};
@@ -156,25 +163,34 @@ static void random_tf(Random *r, int flags, char *text, size_t size)
     snprintf(text + n, size - n, "}");
 }
 
+/* The transfer function in `text` with its tables; over the range that they have by default where `options` has none. */
+static inline void scene_look(RandomScene *s, const char *text, const VolPreintOptions *options)
+{
+    VolError err;
+    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text), false};
+    VolPreintOptions wanted = *options;
+    VolStatus status = vol_tf_parse(&bytes, "test", &s->tf, NULL, &err);
+    if (!status)
+        status = vol_tf_compile(&s->tf, NULL, &s->compiled, &err);
+    if (!status && wanted.lo == wanted.hi)
+        vol_preint_default_range(&s->compiled, &wanted.lo, &wanted.hi);
+    if (!status)
+        status = vol_preint_build(&s->compiled, &wanted, &s->tables, &err);
+    if (!status)
+        status = vol_tf_integrals_new(&s->compiled, &s->integrals, &err);
+    if (!status)
+        return;
+    printf("# %s\n# %s\n", err.text, text);
+    abort();
+}
+
 __attribute__((unused)) static void random_scene(Random *r, int flags, RandomScene *s)
 {
     char text[16384];
-    VolError err;
     memset(s, 0, sizeof *s);
     s->grid = random_grid(r, flags, s);
     random_tf(r, flags, text, sizeof text);
-    VolBytes bytes = {(unsigned char *)text, strlen(text), false};
-    if (vol_tf_parse(&bytes, "random", &s->tf, NULL, &err) || vol_tf_compile(&s->tf, NULL, &s->compiled, &err)) {
-        printf("# %s\n# %s\n", err.text, text);
-        abort();
-    }
-    VolPreintOptions options = {.n = 33, .step = 0.2, .octaves = 1, .change = INFINITY, .threads = 1};
-    vol_preint_default_range(&s->compiled, &options.lo, &options.hi);
-    if (vol_preint_build(&s->compiled, &options, &s->tables, &err) ||
-        vol_tf_integrals_new(&s->compiled, &s->integrals, &err)) {
-        printf("# %s\n", err.text);
-        abort();
-    }
+    scene_look(s, text, &(VolPreintOptions){.n = 33, .step = 0.2, .octaves = 1, .change = INFINITY, .threads = 1});
     s->lights[0] = vol_light_head();
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
     s->clip = (VolClip){{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)}, -1};
@@ -210,6 +226,24 @@ __attribute__((unused)) static VolRay random_ray(Random *r, const RandomScene *s
     VolVec3 target = vol_apply(&s->grid->index_to_world, index);
     double back = random_below(r, 5) ? 30 : 0;
     return (VolRay){vol_along(target, -back, direction), direction, 0, INFINITY};
+}
+
+/* Up to `most` rays that meet the domain, cut to it. */
+static inline size_t random_packet(Random *r, const RandomScene *s, size_t most, VolRay *rays)
+{
+    size_t count = 0;
+    for (int tries = 0; tries < 100 && count < most; tries++) {
+        rays[count] = random_ray(r, s);
+        count += vol_ray_clip(&s->scene, &rays[count]);
+    }
+    return count;
+}
+
+/* Of a scene that was prepared. */
+static inline void end_scene(RandomScene *s)
+{
+    vol_scene_release(&s->scene);
+    random_scene_free(s);
 }
 
 /* A packet of rays through the scene's kernel. */

@@ -26,22 +26,6 @@ static bool direct_scene(uint64_t seed, int flags, Random *r, RandomScene *s)
     return vol_scene_prepare(&s->scene, NULL) == VOL_OK;
 }
 
-static size_t random_packet(Random *r, const RandomScene *s, VolRay rays[RAYS])
-{
-    size_t count = 0;
-    for (int tries = 0; tries < 100 && count < RAYS; tries++) {
-        rays[count] = random_ray(r, s);
-        count += vol_ray_clip(&s->scene, &rays[count]);
-    }
-    return count;
-}
-
-static void end_scene(RandomScene *s)
-{
-    vol_scene_release(&s->scene);
-    random_scene_free(s);
-}
-
 static void company_levels_and_skipping_change_nothing(void)
 {
     size_t marched = 0;
@@ -52,7 +36,7 @@ static void company_levels_and_skipping_change_nothing(void)
         VolRadiance all[RAYS], other[RAYS];
         if (!direct_scene(seed, 0, &r, &s))
             abort();
-        size_t count = random_packet(&r, &s, rays);
+        size_t count = random_packet(&r, &s, RAYS, rays);
         trace_rays(&s.scene, rays, count, all);
         for (size_t i = 0; i < count; i++) {
             trace_rays(&s.scene, &rays[i], 1, &other[i]);
@@ -224,7 +208,7 @@ static void agrees_with_its_definition(void)
         VolRadiance got[RAYS];
         if (!direct_scene(seed, RANDOM_NO_PLATEAUS | RANDOM_UNSHADED, &r, &s))
             abort();
-        size_t count = random_packet(&r, &s, rays);
+        size_t count = random_packet(&r, &s, RAYS, rays);
         trace_rays(&s.scene, rays, count, got);
         for (size_t i = 0; i < count; i++) {
             Reference want;

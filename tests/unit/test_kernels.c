@@ -35,17 +35,23 @@ static int levels_of_machine(VolCpu out[3])
     return count;
 }
 
+static void begin_scene(uint64_t seed, int flags, bool precise, Random *r, RandomScene *s)
+{
+    *r = (Random){seed};
+    random_scene(r, flags, s);
+    s->scene.precise = precise;
+    if (vol_scene_prepare(&s->scene, NULL))
+        abort();
+}
+
 static void compare_levels(bool precise)
 {
     VolCpu levels[3];
     int count = levels_of_machine(levels);
     for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++) {
-        Random r = {seed};
+        Random r;
         RandomScene s;
-        random_scene(&r, 0, &s);
-        s.scene.precise = precise;
-        if (vol_scene_prepare(&s.scene, NULL))
-            abort();
+        begin_scene(seed, 0, precise, &r, &s);
         for (int i = 0; i < RAYS; i++) {
             VolRay ray = random_ray(&r, &s);
             if (!vol_ray_clip(&s.scene, &ray))
@@ -60,8 +66,7 @@ static void compare_levels(bool precise)
                 }
             }
         }
-        vol_scene_release(&s.scene);
-        random_scene_free(&s);
+        end_scene(&s);
     }
 }
 
@@ -80,11 +85,7 @@ static void company_changes_nothing(void)
                 abort();
             VolRay rays[VOL_PACKET];
             VolRadiance all[VOL_PACKET], one;
-            size_t count = 0;
-            for (int tries = 0; tries < 100 && count < VOL_PACKET; tries++) {
-                rays[count] = random_ray(&r, &s);
-                count += vol_ray_clip(&s.scene, &rays[count]);
-            }
+            size_t count = random_packet(&r, &s, VOL_PACKET, rays);
             trace_rays(&s.scene, rays, count, all);
             for (size_t i = 0; i < count; i++) {
                 trace_rays(&s.scene, &rays[i], 1, &one);
@@ -92,8 +93,7 @@ static void company_changes_nothing(void)
                     FAIL("seed %d ray %d estimator %d: %.17g alone, %.17g in company", (int)seed, (int)i, e, one.color[0],
                          all[i].color[0]);
             }
-            vol_scene_release(&s.scene);
-            random_scene_free(&s);
+            end_scene(&s);
         }
 }
 
@@ -126,9 +126,8 @@ static void skipping_changes_nothing(void)
                              (int)seed, i, e, precise, a.color[0], b.color[0], a.tau[0], b.tau[0]);
                 }
             }
-            vol_scene_release(&s.scene);
             vol_scene_release(&plain);
-            random_scene_free(&s);
+            end_scene(&s);
         }
 }
 
@@ -158,9 +157,8 @@ static void float_stays_near_double(void)
                 count++;
             }
         }
-        vol_scene_release(&s.scene);
         vol_scene_release(&precise);
-        random_scene_free(&s);
+        end_scene(&s);
     }
     printf("# colour, float to double: rms %.3g, largest %.3g\n", sqrt(sum / count), worst);
     CHECK(sqrt(sum / count) < 2e-7);
@@ -227,12 +225,9 @@ static void exact_agrees_with_a_fine_march(void)
 {
     double worst = 0;
     for (uint64_t seed = first_seed + 1; seed <= first_seed + 60; seed++) {
-        Random r = {seed};
+        Random r;
         RandomScene s;
-        random_scene(&r, RANDOM_NO_DELTAS | RANDOM_UNSHADED, &s);
-        s.scene.precise = true;
-        if (vol_scene_prepare(&s.scene, NULL))
-            abort();
+        begin_scene(seed, RANDOM_NO_DELTAS | RANDOM_UNSHADED, true, &r, &s);
         for (int i = 0; i < 3; i++) {
             VolRay ray = random_ray(&r, &s);
             if (!vol_ray_clip(&s.scene, &ray) || may_graze_a_hole(&s, &ray))
@@ -250,8 +245,7 @@ static void exact_agrees_with_a_fine_march(void)
                          got.color[c], color[c], got.tau[0], tau[c]);
             }
         }
-        vol_scene_release(&s.scene);
-        random_scene_free(&s);
+        end_scene(&s);
     }
     /* Jumps and spikes hold the march back to first order: single rays may be off by 1e-3. */
     printf("# largest difference from the march: %.3g\n", worst);
@@ -269,12 +263,9 @@ static void early_termination_keeps_its_bound(void)
 {
     double worst = 0;
     for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++) {
-        Random r = {seed};
+        Random r;
         RandomScene s;
-        random_scene(&r, 0, &s);
-        s.scene.precise = true;
-        if (vol_scene_prepare(&s.scene, NULL))
-            abort();
+        begin_scene(seed, 0, true, &r, &s);
         for (int i = 0; i < RAYS; i++) {
             VolRay ray = random_ray(&r, &s);
             if (!vol_ray_clip(&s.scene, &ray))
@@ -290,8 +281,7 @@ static void early_termination_keeps_its_bound(void)
                 worst = fmax(worst, error);
             }
         }
-        vol_scene_release(&s.scene);
-        random_scene_free(&s);
+        end_scene(&s);
     }
     printf("# stop at 2^-10: largest change %.3g of %.3g allowed\n", worst, 0x1p-10);
     CHECK(worst <= 0x1p-10);
@@ -320,8 +310,7 @@ static void parts_add_up_to_the_colour(void)
                 }
             }
         }
-        vol_scene_release(&s.scene);
-        random_scene_free(&s);
+        end_scene(&s);
     }
 }
 
@@ -430,13 +419,9 @@ static void bench(void)
         char text[2000];
         RandomScene s = {.scene = {.skip = true, .light_count = 1, .step = 0.5}};
         snprintf(text, sizeof text, "{\"pellucid\": \"transfer-function/1\", %s}", bench_tf[i][1]);
-        VolBytes bytes = {(unsigned char *)text, strlen(text), false};
-        VolPreintOptions options = {.hi = 1, .n = 256, .step = 0.5, .octaves = 1, .change = INFINITY, .threads = 1};
         bench_grid(&s);
-        if (vol_tf_parse(&bytes, "bench", &s.tf, NULL, NULL) || vol_tf_compile(&s.tf, NULL, &s.compiled, NULL) ||
-            vol_preint_build(&s.compiled, &options, &s.tables, NULL) ||
-            vol_tf_integrals_new(&s.compiled, &s.integrals, NULL))
-            abort();
+        scene_look(&s, text, &(VolPreintOptions){.hi = 1, .n = 256, .step = 0.5, .octaves = 1, .change = INFINITY,
+                                                 .threads = 1});
         s.lights[0] = vol_light_head();
         s.scene.tf = &s.compiled;
         s.scene.lights = s.lights;
@@ -453,9 +438,7 @@ int main(int argc, char **argv)
         bench();
         return 0;
     }
-    if (argc == 3 && strcmp(argv[1], "--seed") == 0)
-        first_seed = strtoull(argv[2], NULL, 10);
-    printf("# seeds from %llu\n", (unsigned long long)first_seed + 1);
+    first_seed = seed_before_first(argc, argv);
     RUN(every_level_gives_the_same_bytes_in_float);
     RUN(every_level_gives_the_same_bytes_in_double);
     RUN(company_changes_nothing);

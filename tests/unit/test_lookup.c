@@ -91,118 +91,138 @@ static void compare(Worst *w, float got, double expected)
     w->count++;
 }
 
-static void tables_agree(void)
+/* What was looked up for one lane against what was expected, `here`. */
+static void judge(Worst *all, const Worst *here, double tolerance, uint64_t seed, const Batch *ends,
+                  const SegmentParts *parts, int i)
 {
-    Worst worst = {0};
-    double covered = 0, all = 0;
+    if (!(here->error < tolerance))
+        FAIL("seed %d: %.9g to %.9g: off by %.3g (got particles' opacity %.9g, depth %.9g)", (int)seed,
+             (double)ends->v0[i], (double)ends->v1[i], here->error, (double)parts->particles_a[i],
+             (double)parts->depth[0][i]);
+    all->error = fmax(all->error, here->error);
+    all->sum += here->sum;
+    all->count += here->count;
+}
+
+static void print_worst(const char *what, const Worst *worst)
+{
+    printf("# %s: rms %.3g, largest %.3g\n", what, sqrt(worst->sum / worst->count), worst->error);
+}
+
+/* Calls `check` with batches of segments in random scenes; with tables, or without. */
+static void for_batches(bool tables, void (*check)(uint64_t seed, RandomScene *s, const Batch *ends, unsigned terms))
+{
     for (uint64_t seed = 1; seed <= SCENES; seed++) {
         Random r = {seed};
         RandomScene s;
         random_scene(&r, RANDOM_NO_DELTAS, &s);
+        if (!tables)
+            s.scene.preint = NULL;
         if (vol_scene_prepare(&s.scene, NULL))
             abort();
         const Optics *o = SCENE_OPTICS(&s.scene);
         unsigned terms = o->terms & (TERM_SURFACE | TERM_COLOURED | TERM_EMIT);
-        Doubles length;
-        memset(&length, 0, sizeof length);
-        for (int batch = 0; batch < BATCHES; batch++) {
+        for (int n = 0; n < BATCHES; n++) {
             Batch ends;
-            SegmentParts parts;
-            memset(&parts, 0, sizeof parts);
             random_batch(&r, &s.scene, o->lookup.entries != NULL, terms, &ends);
-            if (o->lookup.entries) {
-                ints known = look_up_table(o, &ends.a, &ends.b, ints_all(-1), terms, (real)s.scene.step, &parts);
-                covered += __builtin_popcount(mask_bits(known));
-            }
-            all += LANES;
-            look_up_full(&s.scene, &ends.a, &ends.b, &length, ints_all(-1), ints_all(-1), terms, &parts);
-            for (int i = 0; i < LANES; i++) {
-                VolPreintSegment p;
-                Worst here = {0};
-                vol_preint_full_at(&s.tables, (double)ends.v0[i], (double)ends.v1[i], s.scene.step, &p);
-                if (at_dense_bin(&s.tables, ends.v0[i]) || at_dense_bin(&s.tables, ends.v1[i]))
-                    continue;
-                compare_depths(&here, parts.depth[0][i], p.depth[0]);
-                compare(&here, parts.particles_a[i], p.p_a[0]);
-                for (int c = 0; c < 3; c++) {
-                    compare(&here, parts.particles_c[c][i], p.p_c[c]);
-                    if (terms & TERM_SURFACE) {
-                        compare(&here, parts.front_c[c][i], p.fw_c[c]);
-                        compare(&here, parts.front_a[c][i], p.fw_a[c]);
-                        compare(&here, parts.back_c[c][i], p.bw_c[c]);
-                        compare(&here, parts.back_a[c][i], p.bw_a[c]);
-                    }
-                }
-                if (!(here.error < TABLES_TOLERANCE))
-                    FAIL("seed %d: %.9g to %.9g: off by %.3g (particles' opacity %.9g, %.9g, depth %.9g, %.9g)", (int)seed,
-                         (double)ends.v0[i], (double)ends.v1[i], here.error, (double)parts.particles_a[i], p.p_a[0],
-                         (double)parts.depth[0][i], p.depth[0]);
-                worst.error = fmax(worst.error, here.error);
-                worst.sum += here.sum;
-                worst.count += here.count;
+            check(seed, &s, &ends, terms);
+        }
+        end_scene(&s);
+    }
+}
+
+/* ---- Tables ---- */
+
+static Worst tables_worst;
+static double tables_covered, tables_all;
+
+static void compare_with_tables(uint64_t seed, RandomScene *s, const Batch *ends, unsigned terms)
+{
+    const Optics *o = SCENE_OPTICS(&s->scene);
+    SegmentParts parts;
+    Doubles length;
+    memset(&length, 0, sizeof length);
+    memset(&parts, 0, sizeof parts);
+    if (o->lookup.entries) {
+        ints known = look_up_table(o, &ends->a, &ends->b, ints_all(-1), terms, (real)s->scene.step, &parts);
+        tables_covered += __builtin_popcount(mask_bits(known));
+    }
+    tables_all += LANES;
+    look_up_full(&s->scene, &ends->a, &ends->b, &length, ints_all(-1), ints_all(-1), terms, &parts);
+    for (int i = 0; i < LANES; i++) {
+        VolPreintSegment p;
+        Worst here = {0};
+        if (at_dense_bin(&s->tables, ends->v0[i]) || at_dense_bin(&s->tables, ends->v1[i]))
+            continue;
+        vol_preint_full_at(&s->tables, (double)ends->v0[i], (double)ends->v1[i], s->scene.step, &p);
+        compare_depths(&here, parts.depth[0][i], p.depth[0]);
+        compare(&here, parts.particles_a[i], p.p_a[0]);
+        for (int c = 0; c < 3; c++) {
+            compare(&here, parts.particles_c[c][i], p.p_c[c]);
+            if (terms & TERM_SURFACE) {
+                compare(&here, parts.front_c[c][i], p.fw_c[c]);
+                compare(&here, parts.front_a[c][i], p.fw_a[c]);
+                compare(&here, parts.back_c[c][i], p.bw_c[c]);
+                compare(&here, parts.back_a[c][i], p.bw_a[c]);
             }
         }
-        vol_scene_release(&s.scene);
-        random_scene_free(&s);
+        judge(&tables_worst, &here, TABLES_TOLERANCE, seed, ends, &parts, i);
     }
-    printf("# tables: rms %.3g, largest %.3g; %.0f%% side by side\n", sqrt(worst.sum / worst.count), worst.error,
-           100 * covered / all);
-    CHECK(covered > 0.3 * all);
+}
+
+static void tables_agree(void)
+{
+    for_batches(true, compare_with_tables);
+    print_worst("tables", &tables_worst);
+    printf("# %.0f%% side by side\n", 100 * tables_covered / tables_all);
+    CHECK(tables_covered > 0.3 * tables_all);
+}
+
+/* ---- Integrals ---- */
+
+static Worst integrals_worst;
+static Random lengths;
+
+/* Where the surface stands between the ends. */
+static void compare_places(uint64_t seed, const Batch *ends, const SegmentParts *parts, const VolPreintApproximation *p,
+                           int i)
+{
+    double v0 = (double)ends->v0[i], v1 = (double)ends->v1[i], where = (p->v_c - v0) / (v1 - v0);
+    if (p->surface_a[0] > 1e-3 && fabs(v1 - v0) > 1e-2 && !(fabs((double)parts->where[i] - where) < 1e-4))
+        FAIL("seed %d: %.9g to %.9g: the surface stands at %.9g, not %.9g", (int)seed, v0, v1, (double)parts->where[i],
+             where);
+}
+
+static void compare_with_integrals(uint64_t seed, RandomScene *s, const Batch *ends, unsigned terms)
+{
+    SegmentParts parts;
+    reals length;
+    memset(&parts, 0, sizeof parts);
+    for (int i = 0; i < LANES; i++)
+        length[i] = (real)random_in(&lengths, 0, 0.4);
+    look_up_integrals(&s->scene, &ends->a, &ends->b, length, ints_all(-1), terms, &parts);
+    for (int i = 0; i < LANES; i++) {
+        VolPreintApproximation p;
+        Worst here = {0};
+        vol_preint_integrals_at(&s->integrals, (double)ends->v0[i], (double)ends->v1[i], (double)length[i], &p);
+        for (int c = 0; c < 3; c++) {
+            compare_depths(&here, parts.depth[terms & TERM_COLOURED ? c : 0][i], p.depth[c]);
+            compare(&here, parts.particles_c[c][i], p.particle_c[c]);
+            if (terms & TERM_SURFACE) {
+                compare(&here, parts.front_c[c][i], p.surface_c[c]);
+                compare(&here, parts.front_a[c][i], p.surface_a[c]);
+            }
+        }
+        compare(&here, parts.particles_a[i], p.particle_a[0]);
+        compare_places(seed, ends, &parts, &p, i);
+        judge(&integrals_worst, &here, INTEGRALS_TOLERANCE, seed, ends, &parts, i);
+    }
 }
 
 static void integrals_agree(void)
 {
-    Worst worst = {0};
-    for (uint64_t seed = 1; seed <= SCENES; seed++) {
-        Random r = {seed};
-        RandomScene s;
-        random_scene(&r, RANDOM_NO_DELTAS, &s);
-        s.scene.preint = NULL;
-        if (vol_scene_prepare(&s.scene, NULL))
-            abort();
-        unsigned terms = SCENE_OPTICS(&s.scene)->terms & (TERM_SURFACE | TERM_COLOURED | TERM_EMIT);
-        for (int batch = 0; batch < BATCHES; batch++) {
-            Batch ends;
-            SegmentParts parts;
-            reals length;
-            for (int i = 0; i < LANES; i++)
-                length[i] = (real)random_in(&r, 0, 0.4);
-            memset(&parts, 0, sizeof parts);
-            random_batch(&r, &s.scene, false, terms, &ends);
-            look_up_integrals(&s.scene, &ends.a, &ends.b, length, ints_all(-1), terms, &parts);
-            for (int i = 0; i < LANES; i++) {
-                VolPreintApproximation p;
-                Worst here = {0};
-                double v0 = (double)ends.v0[i], v1 = (double)ends.v1[i];
-                vol_preint_integrals_at(&s.integrals, v0, v1, (double)length[i], &p);
-                for (int c = 0; c < 3; c++) {
-                    compare_depths(&here, parts.depth[terms & TERM_COLOURED ? c : 0][i], p.depth[c]);
-                    compare(&here, parts.particles_c[c][i], p.particle_c[c]);
-                    if (terms & TERM_SURFACE) {
-                        compare(&here, parts.front_c[c][i], p.surface_c[c]);
-                        compare(&here, parts.front_a[c][i], p.surface_a[c]);
-                    }
-                }
-                compare(&here, parts.particles_a[i], p.particle_a[0]);
-                if (p.surface_a[0] > 1e-3 && fabs(v1 - v0) > 1e-2) {
-                    double where = (p.v_c - v0) / (v1 - v0);
-                    if (!(fabs((double)parts.where[i] - where) < 1e-4))
-                        FAIL("seed %d: %.9g to %.9g: the surface stands at %.9g, not %.9g", (int)seed, v0, v1,
-                             (double)parts.where[i], where);
-                }
-                if (!(here.error < INTEGRALS_TOLERANCE))
-                    FAIL("seed %d: %.9g to %.9g: off by %.3g (particles' opacity %.9g, %.9g, depth %.9g, %.9g)",
-                         (int)seed, v0, v1, here.error, (double)parts.particles_a[i], p.particle_a[0],
-                         (double)parts.depth[0][i], p.depth[0]);
-                worst.error = fmax(worst.error, here.error);
-                worst.sum += here.sum;
-                worst.count += here.count;
-            }
-        }
-        vol_scene_release(&s.scene);
-        random_scene_free(&s);
-    }
-    printf("# integrals: rms %.3g, largest %.3g\n", sqrt(worst.sum / worst.count), worst.error);
+    for_batches(false, compare_with_integrals);
+    print_worst("integrals", &integrals_worst);
 }
 
 int main(void)
