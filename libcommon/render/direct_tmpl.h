@@ -13,7 +13,8 @@
  * the next sample: samples are `fed` one after the other, and what a lane holds is the last one, waiting, and its
  * predecessor's value.  Next to stretches that are left out the neighbours are looked up one by one.  What lies farther
  * inside such a stretch cannot matter: touching invisible bricks share the voxels between them, their ranges form one
- * connected range with nothing in it, and no isosurface lies between two samples that no visible brick separates.
+ * connected range with nothing in it, and no isosurface lies between two samples that no visible brick separates (skip.c
+ * sees to those whose shared voxels are all holes).
  *
  * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of terms that a scene
  * may be without. */

@@ -46,7 +46,7 @@ typedef struct Samples {
 
     /* The brick that a lane is in: samples brick_first <= n < brick_end. */
     double brick_first[LANES], brick_end[LANES];
-    ints visible;                /* it is; always so unless invisible bricks are entered for a test */
+    ints visible;                /* it is, and not merely entered */
     reals lo, hi;                /* range of its voxels */
 
     /* The run of samples that a lane is in. */
@@ -220,7 +220,7 @@ static inline bool samples_enter(Samples *s, unsigned i)
     const VolBrick *brick = &l->scene->grid->bricks[span->brick];
     s->lo[i] = (real)brick->lo;
     s->hi[i] = (real)brick->hi;
-    s->visible[i] = l->scene->skip || vol_tf_range_visible(l->scene->tf, brick->lo, brick->hi) ? -1 : 0;
+    s->visible[i] = l->scene->brick_visible[span->brick] == VOL_BRICK_SEEN ? -1 : 0;
     s->brick_first[i] = span->t0 == end ? s->brick_end[i] : first_sample(s, i, span->t0);
     s->brick_end[i] = sample_behind(s, i, span->t1);
     s->first[i] = s->brick_first[i];

@@ -56,6 +56,9 @@ typedef struct VolTraceStep {
     const char *what; /* "particles", "surface", "isosurface" */
 } VolTraceStep;
 
+/* In `brick_visible`: ENTERED though nothing is in it, for a test or for what lies beyond its holes. */
+enum { VOL_BRICK_LEFT_OUT, VOL_BRICK_ENTERED, VOL_BRICK_SEEN };
+
 /* In `levels`: a block of 2^level bricks a side, aligned, is invisible; or the brick is to be entered. */
 enum { VOL_NODE_LEVEL = 4, VOL_VISIBLE = 255 };
 
@@ -81,7 +84,7 @@ typedef struct VolScene {
     /* Prepared by vol_scene_prepare. */
     VolOpticsF32 *optics32;
     VolOpticsF64 *optics64;
-    uint8_t *brick_visible; /* one per brick of the grid */
+    uint8_t *brick_visible; /* one per brick of the grid: VOL_BRICK_... */
     uint8_t *node_visible;  /* one per node: some brick of it is */
     uint8_t *levels;        /* 16^3 per node, as its table of bricks: VOL_VISIBLE, or the invisible block around it */
     bool background_visible;
@@ -93,7 +96,7 @@ typedef struct VolScene {
     uint64_t bricks_visible, bricks_skipped;
 } VolScene;
 
-/* Fills the prepared part: needs grid, tf, lights, precise, skip. */
+/* Fills the prepared part: needs grid, tf, lights, precise, skip, estimator, step. */
 VolStatus vol_scene_prepare(VolScene *scene, VolError *err);
 void vol_scene_release(VolScene *scene);
 

@@ -10,8 +10,8 @@
  *
  * A segment is done when its back end comes up in a visit to the brick that holds it; a ray's first sample in a brick closes
  * the segment that led there, and where the ray goes on into a brick that is left out, one more sample closes the last.  A
- * segment that touches invisible bricks alone adds nothing: what it runs through is one connected range of values in which
- * nothing can be seen. */
+ * segment that touches bricks alone that are left out adds nothing: what it runs through is one connected range of values
+ * in which nothing can be seen (skip.c). */
 #include "render/lookup_tmpl.h"
 #include "render/samples_tmpl.h"
 

@@ -1,8 +1,16 @@
 /* A brick is invisible where the transfer function is nothing over the whole range of its 9^3 voxels: the trilinear field
  * stays within that range, so that leaving the brick out changes no bit of any picture.  Blocks of 2^3, 4^3, 8^3 bricks and
- * whole nodes that are invisible throughout are marked as such in each of their places, for rays to pass in one step. */
+ * whole nodes that are invisible throughout are marked as such in each of their places, for rays to pass in one step.
+ *
+ * Estimators that march also show what changes from one sample to the next.  Between samples in invisible bricks that is
+ * nothing as long as a ray's bricks share a finite voxel each with the next: then their ranges are one connected range.
+ * Where two share none, the ray passes from one to the other through cells that are holes, for a voxel's width before and
+ * behind the plane between them, whatever its direction; both samples are finite only if the step is two voxels or more
+ * along some axis.  With such steps bricks that have holes are entered even if they are invisible.  (Bricks without any
+ * finite voxel need not be: whatever has values beside them has holes.) */
 #include "render/skip.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -10,14 +18,26 @@
 
 enum { SIDE = VOL_NODE_BRICKS };
 
+/* Whether two neighbouring samples may have a hole between them; a little below two voxels, for rounding. */
+static bool steps_over_holes(const VolScene *scene)
+{
+    const double(*m)[3] = scene->grid->world_to_index.m;
+    double most = 0;
+    for (int a = 0; a < 3; a++)
+        most = fmax(most, vol_length(vol_vec3(m[0][a], m[1][a], m[2][a])));
+    return scene->estimator != VOL_ESTIMATE_EXACT && scene->step * most > 1.9;
+}
+
 static void mark_bricks(VolScene *scene)
 {
     const VolGrid *grid = scene->grid;
+    bool over_holes = steps_over_holes(scene);
     for (size_t b = 0; b < grid->brick_count; b++) {
         const VolBrick *brick = &grid->bricks[b];
-        bool visible = brick->lo <= brick->hi && (!scene->skip || vol_tf_range_visible(scene->tf, brick->lo, brick->hi));
-        scene->brick_visible[b] = visible;
-        scene->bricks_visible += visible;
+        bool seen = vol_tf_range_visible(scene->tf, brick->lo, brick->hi);
+        bool entered = brick->lo <= brick->hi && (seen || !scene->skip || (brick->holes && over_holes));
+        scene->brick_visible[b] = seen ? VOL_BRICK_SEEN : entered ? VOL_BRICK_ENTERED : VOL_BRICK_LEFT_OUT;
+        scene->bricks_visible += entered;
     }
     scene->bricks_skipped = grid->brick_count - scene->bricks_visible;
     scene->background_visible = scene->brick_visible[0];
