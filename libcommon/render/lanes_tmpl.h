@@ -58,9 +58,11 @@ static inline void lanes_begin(Lanes *l, const VolScene *scene, VolScratch *scra
 static inline bool lanes_enter(Lanes *l, unsigned i, bool single_cells, bool entry)
 {
     BrickSpan *span = &l->span[i];
-    if (!walk_next(&l->walk[i], entry, span)) {
+    bool found = walk_next(&l->walk[i], entry, span);
+    l->scratch->skipped.blocks += l->walk[i].blocks; /* now: a ray may end in the brick and come here no more */
+    l->walk[i].blocks = 0;
+    if (!found) {
         l->alive[i] = 0;
-        l->scratch->skipped.blocks += l->walk[i].blocks;
         return false;
     }
     const VolBrick *brick = &l->scene->grid->bricks[span->brick];

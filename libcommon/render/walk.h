@@ -23,7 +23,7 @@ typedef struct Walk {
     int32_t at_min[3], at_max[3];
     const VolNode *node;       /* that holds `at`, where node_at says so; NULL: background */
     int32_t node_at[3];
-    uint64_t blocks;           /* passed over, invisible */
+    uint64_t blocks;           /* passed over, invisible, and not yet counted */
 } Walk;
 
 typedef struct BrickSpan {

@@ -314,6 +314,52 @@ static void parts_add_up_to_the_colour(void)
     }
 }
 
+/* ---- Counts ---- */
+
+/* Along x: a thin brick, one with nothing in it, one that rises, two that nothing is seen through. */
+static VolGrid *row_of_bricks(void)
+{
+    static const double values[] = {0.25, 0, 0, 1, 1};
+    VolGridSource source = {.box = true, .box_max = {39, 7, 7}};
+    VolGridBuilder *builder;
+    VolGrid *grid;
+    for (int a = 0; a < 3; a++)
+        source.index_to_world.m[a][a] = 1;
+    if (vol_grid_begin(&source, &builder, NULL))
+        abort();
+    for (int32_t n = 0; n < 5; n++)
+        if (vol_grid_tile(builder, (int32_t[]){8 * n, 0, 0}, 8, values[n], true, NULL))
+            abort();
+    if (vol_grid_finish(builder, &grid, NULL))
+        abort();
+    return grid;
+}
+
+static void what_a_ray_passed_counts_however_it_ends(void)
+{
+    RandomScene s = {.grid = row_of_bricks()};
+    scene_look(&s, "{\"pellucid\": \"transfer-function/1\", \"particle_step\": 1, \"interpolate\": \"opacity\", "
+                   "\"scatter\": [[0.1, 0], [0.25, 0.01], [1, 0.9999]]}",
+               &(VolPreintOptions){.hi = 1, .n = 64, .step = 0.5, .octaves = 1, .change = INFINITY, .threads = 1});
+    s.scene = (VolScene){.grid = s.grid, .tf = &s.compiled, .skip = true, .preint = &s.tables,
+                         .integrals = &s.integrals, .step = 0.5};
+    for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
+        VolScratch scratch;
+        VolRay ray = {{-1, 3.5, 3.5}, {1, 0, 0}, 0, INFINITY};
+        VolRadiance out;
+        s.scene.estimator = (VolEstimator)e;
+        if (vol_scene_prepare(&s.scene, NULL) || !vol_ray_clip(&s.scene, &ray) || vol_scratch_new(&s.scene, &scratch, NULL))
+            abort();
+        vol_kernel(&s.scene)(&s.scene, &scratch, &ray, 1, &out);
+        CHECK(scratch.skipped.rays_ended == 1 && scratch.skipped.bricks_entered == 3);
+        if (scratch.skipped.blocks != 1)
+            FAIL("estimator %d: %d blocks passed over", e, (int)scratch.skipped.blocks);
+        vol_scratch_free(&scratch);
+        vol_scene_release(&s.scene);
+    }
+    random_scene_free(&s);
+}
+
 /* ---- Bench ---- */
 
 static const char *const bench_tf[][2] = {
@@ -447,5 +493,6 @@ int main(int argc, char **argv)
     RUN(exact_agrees_with_a_fine_march);
     RUN(early_termination_keeps_its_bound);
     RUN(parts_add_up_to_the_colour);
+    RUN(what_a_ray_passed_counts_however_it_ends);
     return test_end();
 }
