@@ -91,27 +91,48 @@ static inline void axis_places(const VolGrid *grid, int a, int32_t origin, AxisP
     }
 }
 
+/* Eight voxels along z of a brick, from a place among its voxels. */
+static inline void copy_row(const VolGrid *grid, const VolBrick *brick, size_t place, real out[VOL_BRICK_CELLS])
+{
+    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE + place;
+    if (brick->storage == VOL_NO_STORAGE) {
+        for (int n = 0; n < VOL_BRICK_CELLS; n++)
+            out[n] = (real)brick->uniform;
+    } else if (grid->is_double == (sizeof(real) == sizeof(double))) {
+        memcpy(out, (const real *)grid->values + at, VOL_BRICK_CELLS * sizeof *out);
+    } else if (grid->is_double) {
+        for (int n = 0; n < VOL_BRICK_CELLS; n++)
+            out[n] = (real)((const double *)grid->values)[at + (size_t)n];
+    } else {
+        for (int n = 0; n < VOL_BRICK_CELLS; n++)
+            out[n] = (real)((const float *)grid->values)[at + (size_t)n];
+    }
+}
+
 /* The voxels from -1 to 9 along each axis, [(x*11 + y)*11 + z]. */
 static inline void gather_apron(const VolGrid *grid, const int32_t origin[3], const AxisPlaces places[3], real *out)
 {
+    enum { BACKGROUND = 3 * VOL_BRICK_CELLS };
     const VolBrick *bricks[27];
     for (int n = 0; n < 27; n++) {
         int32_t at[3] = {(origin[0] >> 3) + n / 9 - 1, (origin[1] >> 3) + n / 3 % 3 - 1, (origin[2] >> 3) + n % 3 - 1};
         bricks[n] = &grid->bricks[vol_grid_brick_at(grid, at[0] * 8, at[1] * 8, at[2] * 8)];
     }
+    real line[BACKGROUND + 1] = {0}; /* three bricks' voxels, and what is outside */
+    line[BACKGROUND] = (real)grid->background;
+    int from[BRICK_APRON];
+    for (int z = 0; z < BRICK_APRON; z++)
+        from[z] = places[2].outside[z] ? BACKGROUND : places[2].brick[z] * VOL_BRICK_CELLS + places[2].local[z];
     for (int x = 0; x < BRICK_APRON; x++)
-        for (int y = 0; y < BRICK_APRON; y++)
-            for (int z = 0; z < BRICK_APRON; z++) {
-                const VolBrick *b = bricks[places[0].brick[x] * 9 + places[1].brick[y] * 3 + places[2].brick[z]];
-                bool outside = places[0].outside[x] || places[1].outside[y] || places[2].outside[z];
-                size_t at = (size_t)b->storage * VOL_BRICK_STRIDE +
-                            (size_t)((places[0].local[x] * 9 + places[1].local[y]) * 9 + places[2].local[z]);
-                double v = outside                         ? grid->background
-                           : b->storage == VOL_NO_STORAGE ? b->uniform
-                           : grid->is_double               ? ((const double *)grid->values)[at]
-                                                           : (double)((const float *)grid->values)[at];
-                *out++ = (real)v;
-            }
+        for (int y = 0; y < BRICK_APRON; y++) {
+            bool outside = places[0].outside[x] || places[1].outside[y];
+            const VolBrick *const *row = bricks + places[0].brick[x] * 9 + places[1].brick[y] * 3;
+            size_t place = (size_t)((places[0].local[x] * 9 + places[1].local[y]) * 9);
+            for (int b = 0; b < 3 && !outside; b++)
+                copy_row(grid, row[b], place, line + b * VOL_BRICK_CELLS);
+            for (int z = 0; z < BRICK_APRON; z++)
+                *out++ = line[outside ? BACKGROUND : from[z]];
+        }
 }
 
 /* Central differences by index step, one-sided at a box's faces and beside what is not finite. */
@@ -124,18 +145,51 @@ static inline real difference(real before, real here, real after, real weight)
     return isfinite(before) ? here - before : after - here;
 }
 
-static inline void differences_along(const real *apron, int step, const real weight[VOL_BRICK_SIDE], int axis, bool finite,
-                                     real *out)
+/* Of a row of 9 voxels, the first eight or the last. */
+typedef real eight __attribute__((vector_size(8 * sizeof(real))));
+
+ALWAYS_INLINE eight load_eight(const real *from)
+{
+    eight row;
+    memcpy(&row, from, sizeof row);
+    return row;
+}
+
+/* Where all is finite. */
+static inline void differences_along(const real *apron, int step, const real weight[VOL_BRICK_SIDE], int axis, real *out)
+{
+    for (int x = 0; x < VOL_BRICK_SIDE; x++)
+        for (int y = 0; y < VOL_BRICK_SIDE; y++, out += VOL_BRICK_SIDE) {
+            const real *row = apron + ((x + 1) * BRICK_APRON + y + 1) * BRICK_APRON + 1;
+            for (int z = 0; z <= VOL_BRICK_SIDE - 8; z++) {
+                eight change = load_eight(row + z + step) - load_eight(row + z - step);
+                change *= axis == 2 ? load_eight(weight + z) : weight[axis == 0 ? x : y] - (eight){0};
+                memcpy(out + z, &change, sizeof change);
+            }
+        }
+}
+
+static inline void differences_beside_holes(const real *apron, int step, const real weight[VOL_BRICK_SIDE], int axis,
+                                            real *out)
 {
     for (int x = 0; x < VOL_BRICK_SIDE; x++)
         for (int y = 0; y < VOL_BRICK_SIDE; y++) {
             const real *row = apron + ((x + 1) * BRICK_APRON + y + 1) * BRICK_APRON + 1;
-            for (int z = 0; z < VOL_BRICK_SIDE; z++) {
-                real w = weight[axis == 0 ? x : axis == 1 ? y : z];
-                *out++ = finite ? (row[z + step] - row[z - step]) * w
-                                : difference(row[z - step], row[z], row[z + step], w);
-            }
+            for (int z = 0; z < VOL_BRICK_SIDE; z++)
+                *out++ = difference(row[z - step], row[z], row[z + step], weight[axis == 0 ? x : axis == 1 ? y : z]);
         }
+}
+
+static inline bool none_is_a_hole(const real apron[BRICK_APRON * BRICK_APRON * BRICK_APRON])
+{
+    enum { COUNT = BRICK_APRON * BRICK_APRON * BRICK_APRON };
+    eight sum = load_eight(apron + COUNT - 8) * 0;
+    for (int i = 0; i + 8 <= COUNT; i += 8)
+        sum += load_eight(apron + i) * 0;
+    real all = 0;
+    for (int i = 0; i < 8; i++)
+        all += sum[i];
+    return all == 0;
 }
 
 static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
@@ -151,12 +205,15 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
     for (int a = 0; a < 3; a++)
         axis_places(grid, a, origin[a], &places[a]);
     gather_apron(grid, origin, places, apron);
-    real holes = 0;
-    for (int n = 0; n < BRICK_APRON * BRICK_APRON * BRICK_APRON; n++)
-        holes += apron[n] * 0;
+    bool finite = none_is_a_hole(apron);
     static const int step[3] = {BRICK_APRON * BRICK_APRON, BRICK_APRON, 1};
-    for (int a = 0; a < 3; a++)
-        differences_along(apron, step[a], places[a].weight, a, holes == 0, out + a * VOL_BRICK_STRIDE);
+    for (int a = 0; a < 3; a++) {
+        real *along = out + a * VOL_BRICK_STRIDE;
+        if (finite)
+            differences_along(apron, step[a], places[a].weight, a, along);
+        else
+            differences_beside_holes(apron, step[a], places[a].weight, a, along);
+    }
     return out;
 }
 
