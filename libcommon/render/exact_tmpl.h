@@ -288,7 +288,7 @@ static void cross_all(Cells *k, ints mask, unsigned terms)
         return;
     if (terms & TERM_SHADED) {
         take_gradients(k, crossing);
-        shade_at(k, k->s, &sh);
+        shade_at(k, 1, &k->s, &sh);
     }
     FOR_LANES(i, mask_bits(crossing)) {
         for (size_t n = k->event_first[i]; n < k->event_last[i] && !lane_is_dark(k, i, terms); n++)

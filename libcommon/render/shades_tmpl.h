@@ -19,22 +19,33 @@ ALWAYS_INLINE reals dot3(const reals a[3], const reals b[3])
     return reals_fma(a[2], b[2], reals_fma(a[1], b[1], a[0] * b[0]));
 }
 
-/* x^n for x in [0, 1]; whole exponents by squaring. */
-static inline reals highlights(reals x, double n)
+/* Gradients shaded together, at several places on each ray: side by side their long chains of operations overlap. */
+enum { SHADES_MOST = 16 };
+
+/* x^n for x in [0, 1], `count` times; whole exponents by squaring, from the highest bit down. */
+ALWAYS_INLINE void highlights(int count, reals *x, double n)
 {
-    ints lit = (ints)(x > 0);
-    reals dark = reals_all(n == 0 ? 1 : 0);
-    if (n == floor(n) && n >= 0 && n < 65536) {
-        unsigned e = (unsigned)n;
-        reals power = reals_all(1), square = x;
-        for (; e; e >>= 1, square *= square)
-            if (e & 1)
-                power *= square;
-        return reals_select(lit, power, dark);
+    ints lit[SHADES_MOST];
+    reals power[SHADES_MOST];
+    bool whole = n == floor(n) && n >= 1 && n < 65536;
+    for (int i = 0; i < count; i++) {
+        lit[i] = (ints)(x[i] > 0);
+        power[i] = x[i];
     }
-    FOR_LANES(i, mask_bits(lit))
-        x[i] = (real)vol_pow((double)x[i], n);
-    return reals_select(lit, x, dark);
+    if (whole) {
+        unsigned e = (unsigned)n;
+        for (unsigned bit = 1u << (31 - __builtin_clz(e)) >> 1; bit; bit >>= 1)
+            for (int i = 0; i < count; i++) {
+                power[i] *= power[i];
+                if (e & bit)
+                    power[i] *= x[i];
+            }
+    }
+    for (int i = 0; i < count; i++) {
+        FOR_LANES(k, whole ? 0 : mask_bits(lit[i]))
+            power[i][k] = (real)vol_pow((double)x[i][k], n);
+        x[i] = reals_select(lit[i], power[i], reals_all(n == 0 ? 1 : 0));
+    }
 }
 
 /* World gradient from index-space gradient: g_world_i = sum_j d(index_j)/d(world_i) g_j (inverse transpose). */
@@ -46,8 +57,8 @@ ALWAYS_INLINE void world_gradients(const VolAffine *world_to_index, const reals 
     }
 }
 
-/* What arrives from a light that stands somewhere, at t on each ray. */
-static inline void arriving_from(const Lanes *lanes, const VolLight *light, reals t, reals l[3], reals *scale)
+/* Direction towards a light that stands somewhere, at t on each ray; returns how much of its strength arrives there. */
+static inline reals arriving_from(const Lanes *lanes, const VolLight *light, reals t, reals l[3])
 {
     real from[3][LANES];
     reals to[3];
@@ -66,78 +77,114 @@ static inline void arriving_from(const Lanes *lanes, const VolLight *light, real
     for (int a = 0; a < 3; a++)
         l[a] = reals_select(away, to[a] / r, reals_all(0));
     reals reach = reals_max(r, least);
-    *scale = 1 / (reach * reach);
+    reals scale = 1 / (reach * reach);
     if (light->kind != VOL_LIGHT_SPOT)
-        return;
+        return scale;
     reals c = reals_all(0);
     const double axis[3] = {light->direction.x, light->direction.y, light->direction.z};
     for (int a = 0; a < 3; a++)
         c = reals_fma(l[a], reals_all((real)-axis[a]), c);
     reals s = (c - (real)light->cos_edge) / (real)(light->cos_full - light->cos_edge);
     s = reals_clamp(s, 0, 1);
-    *scale *= s * s * (3 - 2 * s);
+    return scale * (s * s * (3 - 2 * s));
 }
 
-/* Direction towards a light, and its strength there. */
-ALWAYS_INLINE void arriving(const Lanes *lanes, const VolLight *light, reals t, reals l[3], reals rgb[3])
+/* Cosines of the normal with the direction towards a light that is not the viewer's own, and with what lies halfway between
+ * light and viewer; returns how much of its strength arrives. */
+ALWAYS_INLINE reals cosines(const Lanes *lanes, const VolLight *light, const reals n[3], reals t, reals *nl, reals *nh)
 {
-    reals scale = reals_all(1);
-    if (light->kind == VOL_LIGHT_HEAD) {
-        for (int a = 0; a < 3; a++)
-            l[a] = lanes->view[a];
-    } else if (light->kind == VOL_LIGHT_SUN) {
+    const reals *view = lanes->view;
+    reals scale = reals_all(1), l[3];
+    if (light->kind == VOL_LIGHT_SUN) {
         l[0] = reals_all((real)-light->direction.x);
         l[1] = reals_all((real)-light->direction.y);
         l[2] = reals_all((real)-light->direction.z);
     } else {
-        arriving_from(lanes, light, t, l, &scale);
+        scale = arriving_from(lanes, light, t, l);
     }
-    for (int c = 0; c < 3; c++)
-        rgb[c] = (real)light->rgb[c] * scale;
-}
-
-ALWAYS_INLINE void add_light(const Optics *optics, const reals n[3], const reals view[3], const reals l[3],
-                             const reals rgb[3], Shading *out)
-{
-    reals nl = dot3(n, l), zero = reals_all(0);
-    ints lit = (ints)(nl > 0);
     reals h[3] = {l[0] + view[0], l[1] + view[1], l[2] + view[2]};
     reals hh = dot3(h, h);
-    reals nh = reals_select((ints)(hh > 0), dot3(n, h) / reals_sqrt(hh), zero);
-    reals shine = optics->specular * highlights(reals_min(nh, reals_all(1)), optics->shininess);
+    *nl = dot3(n, l);
+    *nh = reals_select((ints)(hh > 0), dot3(n, h) / reals_sqrt(hh), reals_all(0));
+    return scale;
+}
+
+/* `shine` is the highlight of the unit light. */
+ALWAYS_INLINE void add_light(const Optics *optics, reals nl, reals shine, const reals rgb[3], Shading *out)
+{
+    reals zero = reals_all(0), diffuse = optics->diffuse * reals_max(nl, zero);
+    shine = reals_where((ints)(nl > 0), optics->specular * shine);
     for (int c = 0; c < 3; c++) {
-        out->k[c] = reals_fma(reals_select(lit, rgb[c] * optics->diffuse, zero), reals_max(nl, zero), out->k[c]);
-        out->b[c] = reals_fma(rgb[c], reals_select(lit, shine, zero), out->b[c]);
+        out->k[c] = reals_fma(rgb[c], diffuse + optics->ambient, out->k[c]);
+        out->b[c] = reals_fma(rgb[c], shine, out->b[c]);
+    }
+}
+
+#ifdef VOL_DOUBLE
+enum { REAL_MANTISSA = 52, REAL_BIAS = 1023 };
+#else
+enum { REAL_MANTISSA = 23, REAL_BIAS = 127 };
+#endif
+
+/* The power of two that brings a length near 1. */
+ALWAYS_INLINE reals scale_for(reals length)
+{
+    const lane_int one = (lane_int)1 << REAL_MANTISSA, largest = 2 * REAL_BIAS - 1;
+    ints exponent = (ints)length & ((2 * REAL_BIAS + 1) * one);
+    exponent = ints_select((ints)(exponent > largest * one), ints_all(largest * one), exponent);
+    return (reals)(2 * REAL_BIAS * one - exponent);
+}
+
+/* The normal, and its product with `view`; nothing of lights yet. */
+ALWAYS_INLINE reals face_viewer(const Lanes *lanes, const reals gradient[3], Shading *out)
+{
+    reals square = dot3(gradient, gradient), facing = dot3(gradient, lanes->view);
+    ints known = (ints)(square > 0);
+    reals length = reals_sqrt(reals_select(known, square, reals_all(1)));
+    reals side = reals_where(known, 1 / length);
+    side = reals_select((ints)(facing < 0), -side, side);
+    out->gradient = reals_where(known, length);
+    for (int c = 0; c < 3; c++) {
+        out->normal[c] = gradient[c] * side;
+        out->k[c] = out->b[c] = reals_all(0);
+    }
+    return facing * side;
+}
+
+/* Gradients in world space, scaled so that their squares neither overflow nor vanish; at t on each ray. */
+ALWAYS_INLINE void shade_scaled(const Lanes *lanes, int count, const reals gradient[][3], const reals *t, Shading *out)
+{
+    const Optics *optics = lanes->optics;
+    reals nv[SHADES_MOST];
+    for (int i = 0; i < count; i++)
+        nv[i] = face_viewer(lanes, gradient[i], &out[i]);
+    for (size_t n = 0; n < lanes->scene->light_count; n++) {
+        const VolLight *light = &lanes->scene->lights[n];
+        reals nl[SHADES_MOST], nh[SHADES_MOST], scale[SHADES_MOST];
+        for (int i = 0; i < count; i++) {
+            nl[i] = nh[i] = nv[i];
+            scale[i] = reals_all(1);
+            if (light->kind != VOL_LIGHT_HEAD)
+                scale[i] = cosines(lanes, light, out[i].normal, t[i], &nl[i], &nh[i]);
+            nh[i] = reals_min(nh[i], reals_all(1));
+        }
+        highlights(count, nh, optics->shininess);
+        for (int i = 0; i < count; i++) {
+            reals rgb[3];
+            for (int c = 0; c < 3; c++)
+                rgb[c] = (real)light->rgb[c] * scale[i];
+            add_light(optics, nl[i], nh[i], rgb, &out[i]);
+        }
     }
 }
 
 /* `gradient` in world space, at t on each ray. */
 static inline void shade_lanes(const Lanes *lanes, const reals gradient[3], reals t, Shading *out)
 {
-    const Optics *optics = lanes->optics;
-    /* Scaled by the largest component first, so that the square neither overflows nor vanishes. */
-    reals zero = reals_all(0);
-    reals largest = reals_max(reals_abs(gradient[0]), reals_max(reals_abs(gradient[1]), reals_abs(gradient[2])));
-    ints known = (ints)(largest > 0);
-    reals n[3], divisor = reals_select(known, largest, reals_all(1));
-    for (int i = 0; i < 3; i++)
-        n[i] = gradient[i] / divisor;
-    reals length = reals_sqrt(dot3(n, n));
-    reals side = 1 / reals_select(known, length, reals_all(1));
-    side = reals_select((ints)(dot3(n, lanes->view) < 0), -side, side);
-    out->gradient = reals_select(known, length * largest, zero);
-    for (int c = 0; c < 3; c++) {
-        n[c] = reals_select(known, n[c] * side, zero);
-        out->normal[c] = n[c];
-        out->k[c] = out->b[c] = zero;
-    }
-    for (size_t i = 0; i < lanes->scene->light_count; i++) {
-        reals l[3], rgb[3];
-        arriving(lanes, &lanes->scene->lights[i], t, l, rgb);
-        for (int c = 0; c < 3; c++)
-            out->k[c] = reals_fma(reals_all(optics->ambient), rgb[c], out->k[c]);
-        add_light(optics, n, lanes->view, l, rgb, out);
-    }
+    reals scale = scale_for(reals_max(reals_abs(gradient[0]), reals_max(reals_abs(gradient[1]), reals_abs(gradient[2]))));
+    reals scaled[1][3] = {{gradient[0] * scale, gradient[1] * scale, gradient[2] * scale}};
+    shade_scaled(lanes, 1, scaled, &t, out);
+    out->gradient /= scale;
 }
 
 /* K 11's S: by table (a + b x), or by the gradient's magnitude from 0 at g0 to 1 at g1. */
