@@ -157,7 +157,7 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
         k->s = reals_select(seen, zero, k->s);
         k->stop = reals_select(seen, zero, k->stop);
         k->in_cell |= seen;
-        k->cells -= seen;
+        k->sums.cells -= seen;
     }
     next_cell(k, mask, u1, inside);
 }

@@ -19,8 +19,7 @@ typedef struct Fed {
 typedef struct March {
     Samples s;
     reals length;                /* of the run's steps */
-    ints cells;
-    Doubles tau[3], color[3], surface[3], scatter[3], emit[3], normal[3];
+    Sums sums;
 
     /* Steps that depend on their own sample alone: within the run. */
     reals through[3];            /* transmittance of what lies before the sample */
@@ -142,13 +141,13 @@ ALWAYS_INLINE void add_particles(March *m, unsigned terms)
     Step step;
     load_optics(o, interval, seen, terms, &in);
     particles_of(&in, v - in.ref, terms, &step);
-    m->cells -= seen;
+    m->sums.cells -= seen;
     reals length = reals_where(seen, m->length), light[3];
     if (terms & TERM_EXTRA)
         FOR_LANES(i, mask_bits(seen)) {
             double tau[3] = {0};
             for (int c = 0; c < channels_of(terms); c++)
-                tau[c] = doubles_lane(&m->tau[c], (int)i) + (double)m->run_tau[c][i];
+                tau[c] = doubles_lane(&m->sums.tau[c], (int)i) + (double)m->run_tau[c][i];
             note_stretch(m, i, &step, step_begin(&m->s, i, m->s.first[i] + (double)m->s.j[i]), length[i], tau,
                          channels_of(terms));
         }
@@ -163,8 +162,8 @@ ALWAYS_INLINE void add_particles(March *m, unsigned terms)
         reals all = terms & TERM_EMIT ? step.scatter[c] + step.emit[c] : step.scatter[c];
         m->run_color[c] = reals_fma(through, reals_where(seen, all), m->run_color[c]);
         if (terms & TERM_EXTRA) {
-            doubles_add(&m->scatter[c], reals_where(seen, through * step.scatter[c]));
-            doubles_add(&m->emit[c], reals_where(seen, through * step.emit[c]));
+            doubles_add(&m->sums.scatter[c], reals_where(seen, through * step.scatter[c]));
+            doubles_add(&m->sums.emit[c], reals_where(seen, through * step.emit[c]));
         }
     }
 }
@@ -175,7 +174,7 @@ static void end_dark(March *m, ints mask, unsigned terms)
     Lanes *l = &m->s.lanes;
     reals least = reals_all(INFINITY);
     for (int c = 0; c < channels_of(terms); c++)
-        least = reals_min(doubles_round(&m->tau[c]), least);
+        least = reals_min(doubles_round(&m->sums.tau[c]), least);
     ints dark = mask & (ints)(least > l->tau_stop);
     if (!any(dark))
         return;
@@ -188,13 +187,13 @@ static void end_dark(March *m, ints mask, unsigned terms)
 ALWAYS_INLINE void sum_runs(March *m, ints ended, unsigned terms)
 {
     for (int c = 0; c < 3; c++) {
-        doubles_add(&m->color[c], reals_where(ended, m->run_color[c]));
+        doubles_add(&m->sums.color[c], reals_where(ended, m->run_color[c]));
         m->run_color[c] = reals_where(~ended, m->run_color[c]);
     }
     for (int c = 0; c < channels_of(terms); c++) {
-        doubles_add(&m->tau[c], reals_where(ended, m->run_tau[c]));
+        doubles_add(&m->sums.tau[c], reals_where(ended, m->run_tau[c]));
         m->run_tau[c] = reals_where(~ended, m->run_tau[c]);
-        m->through[c] = reals_select(ended, reals_exp(-doubles_round(&m->tau[c])), m->through[c]);
+        m->through[c] = reals_select(ended, reals_exp(-doubles_round(&m->sums.tau[c])), m->through[c]);
     }
     end_dark(m, ended, terms);
 }

@@ -43,23 +43,6 @@ static inline void enter(March *m, unsigned i, unsigned terms)
     }
 }
 
-static void finish(const March *m)
-{
-    const Lanes *l = &m->s.lanes;
-    for (size_t i = 0; i < l->count; i++) {
-        VolRadiance *out = &l->out[i];
-        out->cells = (double)m->cells[i];
-        for (int c = 0; c < 3; c++) {
-            out->color[c] += doubles_lane(&m->color[c], (int)i);
-            out->surface[c] += doubles_lane(&m->surface[c], (int)i);
-            out->scatter[c] = doubles_lane(&m->scatter[c], (int)i);
-            out->emit[c] = doubles_lane(&m->emit[c], (int)i);
-            out->normal[c] += doubles_lane(&m->normal[c], (int)i);
-            out->tau[c] = c < l->optics->channels ? doubles_lane(&m->tau[c], (int)i) : 0;
-        }
-    }
-}
-
 ALWAYS_INLINE void march(March *m, unsigned terms)
 {
     Samples *s = &m->s;
@@ -80,40 +63,31 @@ ALWAYS_INLINE void march(March *m, unsigned terms)
         if (!(terms & TERMS_WAIT) && any(ended))
             sum_runs(m, ended, terms);
     }
-    finish(m);
+    store_sums(&m->sums, &s->lanes);
 }
 
-/* A kernel per set of terms: those that a scene is without cost nothing. */
-enum { TERMS_ALL = TERM_SURFACE | TERM_COLOURED | TERM_EMIT | TERM_ISO | TERM_EXTRA };
-static void march_particles(March *m) { march(m, 0); }
-static void march_emission(March *m) { march(m, TERM_EMIT | TERM_COLOURED); }
-static void march_alone(March *m) { march(m, TERM_EMIT | TERM_COLOURED | TERM_EXTRA); }
-static void march_surfaces(March *m) { march(m, TERM_SURFACE); }
-static void march_shaded_surfaces(March *m) { march(m, TERM_SURFACE | TERM_SHADED); }
-static void march_shaded_isosurfaces(March *m) { march(m, TERM_ISO | TERM_SHADED); }
-static void march_unshaded(March *m) { march(m, TERMS_ALL); }
-static void march_shaded(March *m) { march(m, TERMS_ALL | TERM_SHADED); }
-static void march_classic(March *m) { march(m, TERMS_ALL | TERM_SHADED | TERM_CLASSIC); }
+static void march_particles(void *m) { march(m, 0); }
+static void march_emission(void *m) { march(m, TERM_EMIT | TERM_COLOURED); }
+static void march_alone(void *m) { march(m, TERM_EMIT | TERM_COLOURED | TERM_EXTRA); }
+static void march_surfaces(void *m) { march(m, TERM_SURFACE); }
+static void march_shaded_surfaces(void *m) { march(m, TERM_SURFACE | TERM_SHADED); }
+static void march_shaded_isosurfaces(void *m) { march(m, TERM_ISO | TERM_SHADED); }
+static void march_unshaded(void *m) { march(m, TERMS_ALL); }
+static void march_shaded(void *m) { march(m, TERMS_ALL | TERM_SHADED); }
+static void march_classic(void *m) { march(m, TERMS_ALL | TERM_SHADED | TERM_CLASSIC); }
 
 static void trace_direct(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
 {
-    static const struct {
-        unsigned terms;
-        void (*march)(March *m);
-    } kernels[] = {{0, march_particles},
-                   {TERM_EMIT | TERM_COLOURED, march_emission},
-                   {TERM_EMIT | TERM_COLOURED | TERM_EXTRA, march_alone},
-                   {TERM_SURFACE, march_surfaces},
-                   {TERM_SURFACE | TERM_SHADED, march_shaded_surfaces},
-                   {TERM_ISO | TERM_SHADED, march_shaded_isosurfaces},
-                   {TERMS_ALL, march_unshaded},
-                   {TERMS_ALL | TERM_SHADED, march_shaded},
-                   {TERMS_ALL | TERM_SHADED | TERM_CLASSIC, march_classic}};
-    unsigned terms = SCENE_OPTICS(scene)->terms | (scene->layers || scene->trace ? TERM_EXTRA : 0u);
-    const unsigned model = TERM_SHADED | TERM_CLASSIC; /* the others are nothing where a scene has none */
-    int chosen = 0;
-    while (terms & ~kernels[chosen].terms || (terms ^ kernels[chosen].terms) & model)
-        chosen++;
+    static const TermsKernel kernels[] = {{0, march_particles},
+                                          {TERM_EMIT | TERM_COLOURED, march_emission},
+                                          {TERM_EMIT | TERM_COLOURED | TERM_EXTRA, march_alone},
+                                          {TERM_SURFACE, march_surfaces},
+                                          {TERM_SURFACE | TERM_SHADED, march_shaded_surfaces},
+                                          {TERM_ISO | TERM_SHADED, march_shaded_isosurfaces},
+                                          {TERMS_ALL, march_unshaded},
+                                          {TERMS_ALL | TERM_SHADED, march_shaded},
+                                          {TERMS_ALL | TERM_SHADED | TERM_CLASSIC, march_classic}};
+    const TermsKernel *kernel = kernel_for(scene, kernels);
     for (size_t i = 0; i < count; i += LANES) {
         March m;
         memset(&m, 0, sizeof m);
@@ -121,6 +95,6 @@ static void trace_direct(const VolScene *scene, VolScratch *scratch, const VolRa
         for (int c = 0; c < 3; c++)
             m.through[c] = reals_all(1);
         m.intervals_seen = bits_of_seen(m.s.lanes.optics);
-        kernels[chosen].march(&m);
+        kernel->trace(&m);
     }
 }

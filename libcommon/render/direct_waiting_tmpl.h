@@ -91,24 +91,24 @@ ALWAYS_INLINE void add_steps(March *m, const Step *step, ints mask, reals length
         FOR_LANES(i, mask_bits(mask)) {
             double tau[3] = {0};
             for (int c = 0; c < channels_of(terms); c++)
-                tau[c] = doubles_lane(&m->tau[c], (int)i);
+                tau[c] = doubles_lane(&m->sums.tau[c], (int)i);
             note_stretch(m, i, step, m->cursor[i], length[i], tau, channels_of(terms));
         }
     for (int c = 0; c < channels_of(terms); c++) {
         reals depth = step->extinction[c] * length, passed;
-        light[c] = reals_exp(-doubles_round(&m->tau[c])) * attenuated(depth, &passed) * length;
-        doubles_add(&m->tau[c], depth);
+        light[c] = reals_exp(-doubles_round(&m->sums.tau[c])) * attenuated(depth, &passed) * length;
+        doubles_add(&m->sums.tau[c], depth);
     }
     for (int c = 0; c < 3; c++) {
         reals through = light[terms & TERM_COLOURED ? c : 0];
         reals scatter = through * step->scatter[c], emit = through * step->emit[c], surface = through * step->surface[c];
-        doubles_add(&m->color[c], (scatter + emit) + surface);
+        doubles_add(&m->sums.color[c], (scatter + emit) + surface);
         if (terms & TERM_EXTRA) {
-            doubles_add(&m->scatter[c], scatter);
-            doubles_add(&m->emit[c], emit);
-            doubles_add(&m->surface[c], surface);
+            doubles_add(&m->sums.scatter[c], scatter);
+            doubles_add(&m->sums.emit[c], emit);
+            doubles_add(&m->sums.surface[c], surface);
             if (terms & TERM_SHADED)
-                doubles_add(&m->normal[c], light[0] * step->normal[c]);
+                doubles_add(&m->sums.normal[c], light[0] * step->normal[c]);
         }
     }
     end_dark(m, mask, terms);
@@ -130,18 +130,18 @@ static void cross(March *m, unsigned i, const Delta *delta, double t, unsigned t
         shade_lanes(&m->s.lanes, gradient, reals_all((real)t), &sh);
     }
     for (int c = 0; c < channels; c++)
-        tau[c] = doubles_lane(&m->tau[c], (int)i);
+        tau[c] = doubles_lane(&m->sums.tau[c], (int)i);
     for (int c = 0; c < 3; c++) {
         real color = terms & TERM_SHADED ? real_fma(sh.k[c][i], delta->color[c], sh.b[c][i]) : delta->color[c];
         double part = vol_exp(-tau[c < channels ? c : 0]) * delta->opacity * (double)color;
         out->surface[c] += part;
-        doubles_set(&m->color[c], (int)i, doubles_lane(&m->color[c], (int)i) + part);
+        doubles_set(&m->sums.color[c], (int)i, doubles_lane(&m->sums.color[c], (int)i) + part);
         if (terms & TERM_SHADED)
             out->normal[c] += vol_exp(-tau[0]) * delta->opacity * (double)sh.normal[c][i];
     }
     for (int c = 0; c < channels; c++) {
         tau[c] += delta->mu;
-        doubles_set(&m->tau[c], (int)i, tau[c]);
+        doubles_set(&m->sums.tau[c], (int)i, tau[c]);
     }
     if (isinf(out->depth) && mean_transmittance(tau, channels) <= 0.5)
         out->depth = t;
@@ -214,7 +214,7 @@ ALWAYS_INLINE void complete(March *m, const Fed *next, ints mask, unsigned terms
     Step step = {0};
     if (any(seen))
         classify(m, next, next_valid, seen, terms, &step);
-    m->cells -= seen;
+    m->sums.cells -= seen;
     if (terms & TERM_EXTRA)
         FOR_LANES(i, mask_bits(seen))
             m->cursor[i] = step_begin(&m->s, i, doubles_lane(&here->number, (int)i));

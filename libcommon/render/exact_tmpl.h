@@ -110,7 +110,7 @@ ALWAYS_INLINE void plan(Cells *k, unsigned terms)
 static void taus_of(const Cells *k, unsigned i, unsigned terms, double tau[3])
 {
     for (int c = 0; c < channels_of(terms); c++)
-        tau[c] = doubles_lane(&k->tau[c], (int)i);
+        tau[c] = doubles_lane(&k->sums.tau[c], (int)i);
 }
 
 /* The depth layer: where the mean transmittance falls to one half within the piece. */
@@ -160,7 +160,7 @@ ALWAYS_INLINE void end_dark(Cells *k, ints mask, unsigned terms)
 {
     reals least = reals_all(INFINITY);
     for (int c = 0; c < channels_of(terms); c++) {
-        k->depth_so_far[c] = doubles_round(&k->tau[c]);
+        k->depth_so_far[c] = doubles_round(&k->sums.tau[c]);
         least = reals_min(k->depth_so_far[c], least);
     }
     ints dark = mask & (ints)(least > k->lanes.tau_stop);
@@ -184,14 +184,14 @@ ALWAYS_INLINE void add_light_of(Cells *k, const Piece *p, const PieceLight *sum,
             all += emit = reals_where(mask, T * (p->length * sum->emit[c]));
         if (terms & TERM_SURFACE)
             all += surface = reals_where(mask, T * sum->surface[c]);
-        doubles_add(&k->color[c], all);
+        doubles_add(&k->sums.color[c], all);
         if (terms & TERM_EXTRA) {
-            doubles_add(&k->scatter[c], scatter);
-            doubles_add(&k->emit[c], emit);
-            doubles_add(&k->surface[c], surface);
+            doubles_add(&k->sums.scatter[c], scatter);
+            doubles_add(&k->sums.emit[c], emit);
+            doubles_add(&k->sums.surface[c], surface);
         }
         if (terms & TERM_EXTRA && terms & TERM_SHADED)
-            doubles_add(&k->normal[c], reals_where(mask, through[0] * sum->normal[c]));
+            doubles_add(&k->sums.normal[c], reals_where(mask, through[0] * sum->normal[c]));
     }
 }
 
@@ -239,7 +239,7 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned terms)
     if (terms & TERM_EXTRA)
         note_piece(k, &p, &in, seen, terms);
     for (int c = 0; c < channels_of(terms); c++)
-        doubles_add(&k->tau[c], reals_where(seen, depth_to(&p, terms, c, reals_all(1))));
+        doubles_add(&k->sums.tau[c], reals_where(seen, depth_to(&p, terms, c, reals_all(1))));
     k->s = reals_select(seen, end, k->s);
     end_dark(k, seen, terms);
 }
@@ -255,13 +255,13 @@ static void cross(Cells *k, unsigned i, const Delta *delta, const Shading *sh, u
         real color = terms & TERM_SHADED ? real_fma(sh->k[c][i], delta->color[c], sh->b[c][i]) : delta->color[c];
         double part = vol_exp(-tau[c < channels_of(terms) ? c : 0]) * delta->opacity * (double)color;
         out->surface[c] += part;
-        doubles_set(&k->color[c], (int)i, doubles_lane(&k->color[c], (int)i) + part);
+        doubles_set(&k->sums.color[c], (int)i, doubles_lane(&k->sums.color[c], (int)i) + part);
         if (terms & TERM_SHADED)
             out->normal[c] += vol_exp(-tau[0]) * delta->opacity * (double)sh->normal[c][i];
     }
     for (int c = 0; c < channels_of(terms); c++) {
         tau[c] += delta->mu;
-        doubles_set(&k->tau[c], (int)i, tau[c]);
+        doubles_set(&k->sums.tau[c], (int)i, tau[c]);
     }
     if (isinf(out->depth) && mean_transmittance(tau, channels_of(terms)) <= 0.5)
         out->depth = cell_time(k, i, k->s[i]);
@@ -324,52 +324,32 @@ ALWAYS_INLINE void trace_lanes(Cells *k, unsigned terms)
         integrate(k, terms);
         arrive(k, terms);
     }
-    for (size_t i = 0; i < k->lanes.count; i++) {
-        VolRadiance *out = &k->lanes.out[i];
-        out->cells = (double)k->cells[i];
-        for (int c = 0; c < 3; c++) {
-            out->color[c] += doubles_lane(&k->color[c], (int)i);
-            out->surface[c] += doubles_lane(&k->surface[c], (int)i);
-            out->scatter[c] = doubles_lane(&k->scatter[c], (int)i);
-            out->emit[c] = doubles_lane(&k->emit[c], (int)i);
-            out->normal[c] += doubles_lane(&k->normal[c], (int)i);
-            out->tau[c] = c < k->lanes.optics->channels ? doubles_lane(&k->tau[c], (int)i) : 0;
-        }
-    }
+    store_sums(&k->sums, &k->lanes);
 }
 
-/* A kernel per set of terms: those that a scene is without cost nothing. */
-enum { TERMS_ALL = TERM_SURFACE | TERM_COLOURED | TERM_EMIT | TERM_ISO | TERM_EXTRA };
-static void trace_particles(Cells *k) { trace_lanes(k, 0); }
-static void trace_emission(Cells *k) { trace_lanes(k, TERM_EMIT | TERM_COLOURED); }
-static void trace_surfaces(Cells *k) { trace_lanes(k, TERM_SURFACE); }
-static void trace_shaded_surfaces(Cells *k) { trace_lanes(k, TERM_SURFACE | TERM_SHADED); }
-static void trace_shaded_isosurfaces(Cells *k) { trace_lanes(k, TERM_ISO | TERM_SHADED); }
-static void trace_unshaded(Cells *k) { trace_lanes(k, TERMS_ALL); }
-static void trace_shaded(Cells *k) { trace_lanes(k, TERMS_ALL | TERM_SHADED); }
-static void trace_classic(Cells *k) { trace_lanes(k, TERMS_ALL | TERM_SHADED | TERM_CLASSIC); }
+static void trace_particles(void *k) { trace_lanes(k, 0); }
+static void trace_emission(void *k) { trace_lanes(k, TERM_EMIT | TERM_COLOURED); }
+static void trace_surfaces(void *k) { trace_lanes(k, TERM_SURFACE); }
+static void trace_shaded_surfaces(void *k) { trace_lanes(k, TERM_SURFACE | TERM_SHADED); }
+static void trace_shaded_isosurfaces(void *k) { trace_lanes(k, TERM_ISO | TERM_SHADED); }
+static void trace_unshaded(void *k) { trace_lanes(k, TERMS_ALL); }
+static void trace_shaded(void *k) { trace_lanes(k, TERMS_ALL | TERM_SHADED); }
+static void trace_classic(void *k) { trace_lanes(k, TERMS_ALL | TERM_SHADED | TERM_CLASSIC); }
 
 static void trace_exact(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
 {
-    static const struct {
-        unsigned terms;
-        void (*trace)(Cells *k);
-    } kernels[] = {{0, trace_particles},
-                   {TERM_EMIT | TERM_COLOURED, trace_emission},
-                   {TERM_SURFACE, trace_surfaces},
-                   {TERM_SURFACE | TERM_SHADED, trace_shaded_surfaces},
-                   {TERM_ISO | TERM_SHADED, trace_shaded_isosurfaces},
-                   {TERMS_ALL, trace_unshaded},
-                   {TERMS_ALL | TERM_SHADED, trace_shaded},
-                   {TERMS_ALL | TERM_SHADED | TERM_CLASSIC, trace_classic}};
-    unsigned terms = SCENE_OPTICS(scene)->terms | (scene->layers || scene->trace ? TERM_EXTRA : 0u);
-    const unsigned model = TERM_SHADED | TERM_CLASSIC; /* the others are nothing where a scene has none */
-    int chosen = 0;
-    while (terms & ~kernels[chosen].terms || (terms ^ kernels[chosen].terms) & model)
-        chosen++;
+    static const TermsKernel kernels[] = {{0, trace_particles},
+                                          {TERM_EMIT | TERM_COLOURED, trace_emission},
+                                          {TERM_SURFACE, trace_surfaces},
+                                          {TERM_SURFACE | TERM_SHADED, trace_shaded_surfaces},
+                                          {TERM_ISO | TERM_SHADED, trace_shaded_isosurfaces},
+                                          {TERMS_ALL, trace_unshaded},
+                                          {TERMS_ALL | TERM_SHADED, trace_shaded},
+                                          {TERMS_ALL | TERM_SHADED | TERM_CLASSIC, trace_classic}};
+    const TermsKernel *kernel = kernel_for(scene, kernels);
     for (size_t i = 0; i < count; i += LANES) {
         Cells k;
         cells_begin(&k, scene, scratch, rays + i, count - i < LANES ? count - i : LANES, out + i);
-        kernels[chosen].trace(&k);
+        kernel->trace(&k);
     }
 }

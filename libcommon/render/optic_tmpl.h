@@ -75,6 +75,47 @@ ALWAYS_INLINE void load_optics(const Optics *o, ints interval, ints mask, unsign
 #undef GROUP
 }
 
+/* ---- What rays have gathered ---- */
+
+typedef struct Sums {
+    Doubles tau[3], color[3], surface[3], scatter[3], emit[3], normal[3];
+    ints cells;
+} Sums;
+
+/* Into the rays' results, to what may be there already. */
+static inline void store_sums(const Sums *sums, const Lanes *l)
+{
+    for (size_t i = 0; i < l->count; i++) {
+        VolRadiance *out = &l->out[i];
+        out->cells = (double)sums->cells[i];
+        for (int c = 0; c < 3; c++) {
+            out->color[c] += doubles_lane(&sums->color[c], (int)i);
+            out->surface[c] += doubles_lane(&sums->surface[c], (int)i);
+            out->scatter[c] += doubles_lane(&sums->scatter[c], (int)i);
+            out->emit[c] += doubles_lane(&sums->emit[c], (int)i);
+            out->normal[c] += doubles_lane(&sums->normal[c], (int)i);
+            out->tau[c] = c < l->optics->channels ? doubles_lane(&sums->tau[c], (int)i) : 0;
+        }
+    }
+}
+
+/* ---- Kernels ---- */
+
+/* One per set of terms: those that a scene is without cost nothing. */
+typedef struct TermsKernel {
+    unsigned terms;
+    void (*trace)(void *lanes);
+} TermsKernel;
+
+/* The first whose terms are enough; what is shaded, and how, must be the same. */
+static inline const TermsKernel *kernel_for(const VolScene *scene, const TermsKernel *kernels)
+{
+    unsigned terms = SCENE_OPTICS(scene)->terms | (scene->layers || scene->trace ? TERM_EXTRA : 0u);
+    while (terms & ~kernels->terms || (terms ^ kernels->terms) & (TERM_SHADED | TERM_CLASSIC))
+        kernels++;
+    return kernels;
+}
+
 static inline double mean_transmittance(const double tau[3], int channels)
 {
     double sum = 0;

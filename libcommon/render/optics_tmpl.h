@@ -43,7 +43,8 @@ enum {
     TERM_SHADED = 8,   /* soft surfaces and isosurfaces are shaded */
     TERM_CLASSIC = 16, /* K 11 shades what scatters */
     TERM_ISO = 32,     /* isosurfaces */
-    TERM_EXTRA = 64    /* layers beside RGBA, or a trace */
+    TERM_EXTRA = 64,   /* layers beside RGBA, or a trace */
+    TERMS_ALL = TERM_SURFACE | TERM_COLOURED | TERM_EMIT | TERM_ISO | TERM_EXTRA /* which are nothing where there are none */
 };
 
 enum { OPTICS_BUCKETS = 1024, OPTICS_FEW = 12 };

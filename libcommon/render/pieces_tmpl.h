@@ -47,9 +47,8 @@ typedef struct Cells {
     size_t event_first[LANES], event_last[LANES]; /* the isosurfaces at `stop` */
 
     /* What came of it. */
-    Doubles tau[3], color[3], surface[3], scatter[3], emit[3], normal[3];
+    Sums sums;
     reals depth_so_far[3];    /* tau, rounded */
-    ints cells;
 } Cells;
 
 static inline double cell_time(const Cells *k, unsigned i, real s)
