@@ -95,6 +95,26 @@ static void judge_ends(Cells *k, ints mask, const Cubic *v, const reals corners[
         k->carry_t[i] = k->lanes.span[i].t1;
 }
 
+/* Whether a cell of one value sends and takes nothing: no particles there, and surfaces need a change. */
+static inline ints constant_is_nothing(const Optics *o, ints interval, reals v, unsigned terms)
+{
+    reals in[4], g[4];
+    load_interval(o, interval, AT_PARTICLES, in);
+    reals x = v - in[0];
+    ints some = (ints)(reals_line(in[1], in[2], x) > 0);
+    if (terms & TERM_COLOURED) {
+        load_interval(o, interval, AT_REST, g);
+        some |= (ints)(reals_line(g[0], g[1], x) > 0) | (ints)(reals_line(g[2], g[3], x) > 0);
+    }
+    if (terms & TERM_EMIT) {
+        load_interval(o, interval, AT_EMIT, g);
+        some |= (ints)(reals_line(g[0], g[1], x) != 0) | (ints)(reals_line(g[2], g[3], x) != 0);
+        load_interval(o, interval, AT_EMIT + 4, g);
+        some |= (ints)(reals_line(g[0], g[1], x) != 0);
+    }
+    return ~some;
+}
+
 /* Looks at the next cell of each lane of `mask`: those with something in it are in that cell from now on. */
 ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
 {
@@ -129,7 +149,10 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
     ints low, high;
     intervals_around(o, lo, hi, &low, &high);
     ints first_visible = gather_ints(o->next_visible, low);
-    ints seen = met & ((ints)(first_visible <= high) | meets_iso);
+    ints visible = (ints)(first_visible <= high), constant = met & visible & (ints)(lo == hi);
+    if (any(constant))
+        visible &= ~(constant & constant_is_nothing(o, low, lo, terms));
+    ints seen = met & (visible | meets_iso);
     l->scratch->skipped.cells_met += (unsigned)__builtin_popcount(mask_bits(met));
     if (any(seen)) {
         ints many = (ints)(low != high) | meets_iso;

@@ -57,11 +57,16 @@ ALWAYS_INLINE void world_gradients(const VolAffine *world_to_index, const reals 
     }
 }
 
-/* Direction towards a light that stands somewhere, at t on each ray; returns how much of its strength arrives there. */
-static inline reals arriving_from(const Lanes *lanes, const VolLight *light, reals t, reals l[3])
+/* Towards a light that is not the viewer's own, at t on each ray; of any length. */
+static inline void towards_light(const Lanes *lanes, const VolLight *light, reals t, reals to[3])
 {
+    if (light->kind == VOL_LIGHT_SUN) {
+        to[0] = reals_all((real)-light->direction.x);
+        to[1] = reals_all((real)-light->direction.y);
+        to[2] = reals_all((real)-light->direction.z);
+        return;
+    }
     real from[3][LANES];
-    reals to[3];
     for (size_t i = 0; i < LANES; i++) {
         VolVec3 light_from = vol_sub(light->position, lanes->rays[i < lanes->count ? i : 0].origin);
         from[0][i] = (real)light_from.x;
@@ -72,6 +77,13 @@ static inline reals arriving_from(const Lanes *lanes, const VolLight *light, rea
         memcpy(&to[a], from[a], sizeof to[a]);
         to[a] = reals_fma(t, lanes->view[a], to[a]);
     }
+}
+
+/* Direction towards a light that stands somewhere, at t on each ray; returns how much of its strength arrives there. */
+static inline reals arriving_from(const Lanes *lanes, const VolLight *light, reals t, reals l[3])
+{
+    reals to[3];
+    towards_light(lanes, light, t, to);
     reals r = reals_sqrt(dot3(to, to)), least = reals_all((real)(0.5 * lanes->scene->grid->voxel));
     ints away = (ints)(r > 0);
     for (int a = 0; a < 3; a++)
@@ -95,13 +107,10 @@ ALWAYS_INLINE reals cosines(const Lanes *lanes, const VolLight *light, const rea
 {
     const reals *view = lanes->view;
     reals scale = reals_all(1), l[3];
-    if (light->kind == VOL_LIGHT_SUN) {
-        l[0] = reals_all((real)-light->direction.x);
-        l[1] = reals_all((real)-light->direction.y);
-        l[2] = reals_all((real)-light->direction.z);
-    } else {
+    if (light->kind == VOL_LIGHT_SUN)
+        towards_light(lanes, light, t, l);
+    else
         scale = arriving_from(lanes, light, t, l);
-    }
     reals h[3] = {l[0] + view[0], l[1] + view[1], l[2] + view[2]};
     reals hh = dot3(h, h);
     *nl = dot3(n, l);
