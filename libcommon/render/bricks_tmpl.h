@@ -41,14 +41,23 @@ static inline bool store_place(VolBrickStore *store, size_t size, const real *co
     return false;
 }
 
+/* A brick's voxels where the pool holds them as the kernel needs them, else NULL. */
+static inline const real *pooled_values(const VolGrid *grid, const VolBrick *brick)
+{
+    if (brick->storage == VOL_NO_STORAGE || grid->is_double != (sizeof(real) == sizeof(double)))
+        return NULL;
+    return (const real *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE;
+}
+
 static inline const real *brick_values(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
                                        uint32_t number)
 {
     const VolBrick *brick = &grid->bricks[number];
+    const real *pooled = pooled_values(grid, brick);
+    if (pooled)
+        return pooled;
     bool stored = brick->storage != VOL_NO_STORAGE;
     size_t at = stored ? (size_t)brick->storage * VOL_BRICK_STRIDE : 0;
-    if (stored && grid->is_double == (sizeof(real) == sizeof(double)))
-        return (const real *)grid->values + at;
     real *out;
     if (store_place(&scratch->values, VOL_BRICK_STRIDE, in_use, number + 1, &out))
         return out;
@@ -192,6 +201,65 @@ static inline bool none_is_a_hole(const real apron[BRICK_APRON * BRICK_APRON * B
     return all == 0;
 }
 
+static const int place_step[3] = {VOL_BRICK_SIDE * VOL_BRICK_SIDE, VOL_BRICK_SIDE, 1};
+
+/* A brick without holes that has its voxels in the pool, at brick coordinates; else NULL. */
+static inline const real *whole_brick(const VolGrid *grid, const int32_t at[3])
+{
+    const VolBrick *brick = &grid->bricks[vol_grid_brick_number(grid, at[0], at[1], at[2])];
+    return brick->holes ? NULL : pooled_values(grid, brick);
+}
+
+/* Half the changes along an axis, eight at a time, from the places before and behind. */
+ALWAYS_INLINE void store_changes(const real *before, const real *after, real *out)
+{
+    eight change = (load_eight(after) - load_eight(before)) * (real)0.5;
+    memcpy(out, &change, sizeof change);
+}
+
+/* Differences along an axis from a brick's own voxels and the nearest planes of the bricks below and above. */
+ALWAYS_INLINE void differences_among_bricks(const real *here, const real *below, const real *above, int axis, real *out)
+{
+    const int step = place_step[axis], last = VOL_BRICK_CELLS * step, across = place_step[axis == 0 ? 1 : 0];
+    /* In one go: what comes out at the first and the last plane, or behind the voxels, is no difference of neighbours. */
+    for (int i = step; i < VOL_BRICK_VALUES - step; i += 8)
+        store_changes(here + i - step, here + i + step, out + i);
+    const real *before = below + last - step, *after = above + step;
+    for (int row = 0; row < VOL_BRICK_SIDE; row++, here += across, before += across, after += across, out += across) {
+        for (int z = 0; axis < 2 && z <= VOL_BRICK_SIDE - 8; z++) {
+            store_changes(before + z, here + step + z, out + z);
+            store_changes(here + last - step + z, after + z, out + last + z);
+        }
+        for (int n = 0; axis == 2 && n < place_step[0]; n += VOL_BRICK_SIDE) {
+            out[n] = (here[n + step] - before[n]) * (real)0.5;
+            out[n + last] = (after[n] - here[n + last - step]) * (real)0.5;
+        }
+    }
+}
+
+/* The gradients of a brick well inside the domain, if the voxels of the bricks beside it may be read in place: most are
+ * such, and the rest of what lies around them is not needed. */
+static inline bool gradients_in_place(const VolGrid *grid, const int32_t origin[3], real *out)
+{
+    int32_t at[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+    const real *here = whole_brick(grid, at), *below[3], *above[3];
+    for (int a = 0; a < 3; a++) {
+        if (!here || origin[a] <= grid->voxel_min[a] || origin[a] + VOL_BRICK_SIDE > grid->voxel_max[a])
+            return false;
+        at[a]--;
+        below[a] = whole_brick(grid, at);
+        at[a] += 2;
+        above[a] = whole_brick(grid, at);
+        at[a]--;
+        if (!below[a] || !above[a])
+            return false;
+    }
+    differences_among_bricks(here, below[0], above[0], 0, out);
+    differences_among_bricks(here, below[1], above[1], 1, out + VOL_BRICK_STRIDE);
+    differences_among_bricks(here, below[2], above[2], 2, out + 2 * VOL_BRICK_STRIDE);
+    return true;
+}
+
 static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
                                           uint32_t number, const int32_t origin[3])
 {
@@ -201,6 +269,8 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
     bool shared = grid->bricks[number].storage == VOL_NO_STORAGE;
     uint32_t key = shared ? STORE_NOBODY : number + 1;
     if (store_place(&scratch->gradients, 3 * VOL_BRICK_STRIDE, in_use, key, &out))
+        return out;
+    if (gradients_in_place(grid, origin, out))
         return out;
     for (int a = 0; a < 3; a++)
         axis_places(grid, a, origin[a], &places[a]);
