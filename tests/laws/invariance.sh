@@ -69,6 +69,13 @@ for type in double half int32; do
     check "$type voxels" vol-diff float.exr $type.exr
 done
 
+# Gradients come from neighbouring bricks in place, or where these are in another precision from copies.
+for type in float double; do
+    must makevdb --type $type --dims 33,33,33 --voxel 0.03125 --field bowl:0.25,0.5,0.375 >bowl.vdb
+    must vol-render -t tf.json $view $camera --precise -o bowl-$type.exr bowl.vdb
+done
+check 'gradients, in place or from copies' vol-diff bowl-float.exr bowl-double.exr
+
 # Models that coincide.
 sed 's/"particle_step"/"model": "unshaded", "particle_step"/' tf.json >unshaded.json
 sed 's/"particle_step"/"shading": {"ambient": 1, "diffuse": 0, "specular": 0}, "particle_step"/' tf.json >ambient.json
