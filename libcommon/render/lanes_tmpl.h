@@ -19,11 +19,12 @@ typedef struct Lanes {
     Walk walk[LANES];
     BrickSpan span[LANES];          /* the brick that a lane is in */
     const real *values[LANES];      /* its voxels */
-    const real *gradients[LANES];   /* its voxels' gradients, three planes; NULL until asked for */
+    const real *gradients[LANES];   /* its voxels' gradients, three planes; those of an earlier brick where due */
     bool single[LANES];             /* it is of one value and counts as one cell */
     reals d[3], inv[3], view[3];    /* index space per world unit; world, towards the eye */
     reals tau_stop;
     ints alive, in_brick, holes;
+    unsigned gradients_due;         /* one bit per lane */
 } Lanes;
 
 /* The lanes whose bit is set, one after the other. */
@@ -41,7 +42,7 @@ static inline void lanes_begin(Lanes *l, const VolScene *scene, VolScratch *scra
         if (i < count)
             out[i] = (VolRadiance){.depth = INFINITY};
         walk_begin(w, scene, ray);
-        l->values[i] = scratch_zeros(scratch);
+        l->values[i] = l->gradients[i] = scratch_zeros(scratch);
         l->tau_stop[i] = (real)vol_scene_stop_depth(scene, ray->t1 - ray->t0);
         for (int a = 0; a < 3; a++) {
             l->d[a][i] = (real)w->d[a];
@@ -68,27 +69,20 @@ static inline bool lanes_enter(Lanes *l, unsigned i, bool single_cells, bool ent
     const VolBrick *brick = &l->scene->grid->bricks[span->brick];
     l->single[i] = single_cells && brick->storage == VOL_NO_STORAGE;
     l->values[i] = brick_values(l->scene->grid, l->scratch, l->values, span->brick);
-    l->gradients[i] = NULL;
+    l->gradients_due |= 1u << i;
     l->holes[i] = -(lane_int)brick->holes;
     l->in_brick[i] = -1;
     l->scratch->skipped.bricks_entered++;
     return true;
 }
 
-/* The gradients of the voxels of the brick that lane i is in. */
-static inline const real *lanes_gradients(Lanes *l, unsigned i)
+/* Makes the gradients of each of `mask`; the others have something that may be loaded from. */
+static inline void lanes_need_gradients(Lanes *l, ints mask)
 {
-    if (!l->gradients[i])
+    unsigned due = mask_bits(mask) & l->gradients_due;
+    l->gradients_due &= ~due;
+    FOR_LANES(i, due)
         l->gradients[i] = brick_gradients(l->scene->grid, l->scratch, l->gradients, l->span[i].brick, l->span[i].origin);
-    return l->gradients[i];
-}
-
-/* For each of `mask`; the others get something that may be loaded from. */
-static inline void lanes_all_gradients(Lanes *l, ints mask, const real *out[LANES])
-{
-    unsigned bits = mask_bits(mask);
-    for (unsigned i = 0; i < LANES; i++)
-        out[i] = bits >> i & 1 ? lanes_gradients(l, i) : scratch_zeros(l->scratch);
 }
 
 /* ---- Searching the transfer function ---- */

@@ -121,16 +121,13 @@ static inline void take_gradients(Cells *k, ints mask)
     ints wanted = mask & ~k->gradients_known;
     if (!any(wanted))
         return;
-    const real *base[LANES];
     reals corners[8], g[3][4];
-    lanes_all_gradients(l, wanted, base);
+    lanes_need_gradients(l, wanted);
     ints offset = k->offset & wanted;
     for (int a = 0; a < 3; a++) {
-        load_corners_of(base, offset, corners);
+        load_corners_of(l->gradients, offset + a * VOL_BRICK_STRIDE, corners);
         Cubic v = expand_cell(corners, k->p, k->step);
         g[a][0] = v.a0, g[a][1] = v.a1, g[a][2] = v.a2, g[a][3] = v.a3;
-        for (int i = 0; i < LANES; i++)
-            base[i] += VOL_BRICK_STRIDE;
     }
     reals world[4][3], largest = reals_all(0);
     for (int n = 0; n < 4; n++) {

@@ -281,15 +281,12 @@ ALWAYS_INLINE reals samples_value(const Samples *s, SamplePlaces *at, ints *vali
 /* The gradient of the field in world space, for `mask` of the visiting lanes; the others: 0. */
 static inline void samples_gradients(Samples *s, const SamplePlaces *at, ints mask, reals out[3])
 {
-    const real *base[LANES];
     reals corners[8], g[3];
     ints offset = at->offset & mask;
-    lanes_all_gradients(&s->lanes, mask, base);
+    lanes_need_gradients(&s->lanes, mask);
     for (int a = 0; a < 3; a++) {
-        load_corners_of(base, offset, corners);
+        load_corners_of(s->lanes.gradients, offset + a * VOL_BRICK_STRIDE, corners);
         g[a] = reals_select(mask, interpolate_cell(corners, at->f), reals_all(0));
-        for (int i = 0; i < LANES; i++)
-            base[i] += VOL_BRICK_STRIDE;
     }
     world_gradients(&s->lanes.scene->grid->world_to_index, g, out);
 }
