@@ -64,6 +64,23 @@ must vol-render -t flips.json $flips -o float.exr flips.vdb
 small 'normals that flip: exact in float' 2e-7 "$(rms float.exr exact.exr)"
 check 'normals that flip: they are seen' sh -c "vol-info exact.exr | grep -A 7 'channel normal.Z' | grep 'max: 0\.[1-9]'"
 
+# --- the same where the normal turns everywhere, under lights that it turns to and from, twice in a cell at times ---
+tf "\"particle_step\": 0.1, \"scalar_step\": 0.1, \"surface\": [[0.2, 0], [0.4, 0.2, [1, 0.8, 0.6]], [0.7, 0.2, [0.9, 1, 1]]],
+  \"shading\": {\"ambient\": 0.2, \"diffuse\": 1, \"specular\": 0.6, \"shininess\": 20}" >turns.json
+must vol-gen field noise --size 24 --seed 5 --extent 0,0,0,1,1,1 -o turns.vdb
+turns='-q --size 64x64 --eye 2,1.5,2.8 --look-at 0.5,0.5,0.5 --fov 26 --aov normal'
+turning() { # NAME BOUND LIGHT...
+    turning_name=$1 turning_bound=$2
+    shift 2
+    must vol-render -t turns.json $turns "$@" --precise -f -o exact.exr turns.vdb
+    must vol-render -t turns.json $turns "$@" -f -o float.exr turns.vdb
+    small "normals that turn: $turning_name" "$turning_bound" "$(rms float.exr exact.exr)"
+}
+turning 'the viewer has the light' 2e-7
+turning 'a sun' 2e-7 --light sun:0.9,-0.9,0.2
+turning 'two suns' 2e-7 --light sun:0.9,-0.9,0.2:1,0.97,0.92 --light sun:0.7,1,-0.5:0.15,0.2,0.28
+turning 'a lamp beside it' 1e-6 --light point:0.2,1.2,1.5
+
 # --- the smooth part, from 60 to 100: point samples are of order 2 ---
 tf '"particle_step": 0.5, "interpolate": "extinction", "scatter": [[60, 0.05, [0.9, 0.2, 0.1]], [100, 0.3, [0.3, 0.9, 0.4]]]' >smooth.json
 must vol-gen field wave --size 17 --param value=18 --param offset=80 --param kx=0.3 --param ky=0.2 --param kz=0.25 \
