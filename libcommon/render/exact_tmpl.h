@@ -7,9 +7,10 @@
  * adds
  *     tau += tau(piece),     color += exp(-tau) int q(s) exp(-tau(s)) ds
  * with q = c_scatter mu_scatter + e + c_surface mu_surface |v'(s)|, by Gauss-Legendre on stretches of optical depth at
- * most 1 (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).  An
- * isosurface is a factor exp(-mu_k) at its crossing.  Optical depth and colour are summed in double, and exp(-tau) is
- * taken anew for each piece, so that no product of many factors near 1 is ever formed.
+ * most 1 (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).
+ * Shaded pieces end where the normal flips or turns to or from a light, roots of cubics too, and where it has turned far
+ * (pieces_tmpl.h).  An isosurface is a factor exp(-mu_k) at its crossing.  Optical depth and colour are summed in
+ * double, and exp(-tau) is taken anew for each piece, so that no product of many factors near 1 is ever formed.
  *
  * LANES rays go side by side, each from piece to piece of its own cells: all seek a cell with something in it, find
  * where its next piece ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a
