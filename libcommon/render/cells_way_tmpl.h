@@ -150,7 +150,8 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
     intervals_around(o, lo, hi, &low, &high);
     ints first_visible = gather_ints(o->next_visible, low);
     ints visible = (ints)(first_visible <= high), constant = met & visible & (ints)(lo == hi);
-    if (any(constant))
+    /* Unshaded, a cell's light costs less than looking at one cell more. */
+    if (terms & TERM_SHADED && any(constant))
         visible &= ~(constant & constant_is_nothing(o, low, lo, terms));
     ints seen = met & (visible | meets_iso);
     l->scratch->skipped.cells_met += (unsigned)__builtin_popcount(mask_bits(met));
