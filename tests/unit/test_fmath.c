@@ -56,7 +56,7 @@ static void note(Worst *worst, double off, double x, double y)
 typedef struct Case {
     const char *name;
     double (*own)(double);
-    long double (*library)(long double);
+    long double (*theirs)(long double);
     double bound; /* ulps; 0.5 is the least possible */
 } Case;
 
@@ -65,7 +65,7 @@ static void check_range(const Case *c, double lo, double hi)
     Worst worst = {0};
     for (int i = 0; i < SAMPLES; i++) {
         double x = uniform(lo, hi);
-        note(&worst, ulps(c->own(x), c->library((long double)x)), x, 0);
+        note(&worst, ulps(c->own(x), c->theirs((long double)x)), x, 0);
     }
     if (worst.off > c->bound)
         FAIL("%s(%a): %.3f ulp", c->name, worst.x, worst.off);
@@ -78,7 +78,7 @@ static void check_sizes(const Case *c, int lo, int hi, bool positive)
         double x = any_size(lo, hi);
         if (positive)
             x = fabs(x);
-        note(&worst, ulps(c->own(x), c->library((long double)x)), x, 0);
+        note(&worst, ulps(c->own(x), c->theirs((long double)x)), x, 0);
     }
     if (worst.off > c->bound)
         FAIL("%s(%a): %.3f ulp", c->name, worst.x, worst.off);
@@ -184,7 +184,7 @@ static void test_circular_near_multiples(void)
     for (int i = 0; i < 3; i++)
         for (long n = 1; n < 4000000; n = n * 5 / 4 + 1) {
             double x = (double)((long double)n * 1.57079632679489661923132169163975144L);
-            double off = ulps(cases[i].own(x), cases[i].library((long double)x));
+            double off = ulps(cases[i].own(x), cases[i].theirs((long double)x));
             if (off > cases[i].bound)
                 FAIL("%s(%a): %.3f ulp", cases[i].name, x, off);
         }
@@ -226,9 +226,9 @@ static void test_atan2_edges(void)
         }
 }
 
-static void check_edge(const char *name, double (*own)(double), double (*library)(double), double x)
+static void check_edge(const char *name, double (*own)(double), double (*theirs)(double), double x)
 {
-    double got = own(x), want = library(x);
+    double got = own(x), want = theirs(x);
     if (ulps(got, (long double)want) > 1 || (!isnan(want) && signbit(got) != signbit(want)))
         FAIL("%s(%a) = %a, not %a", name, x, got, want);
 }
