@@ -16,15 +16,23 @@ static void cells_begin(Cells *k, const VolScene *scene, VolScratch *scratch, co
         ints up = (ints)(k->lanes.d[a] > 0);
         k->sign[a] = reals_select(up, reals_all(1), reals_all(-1));
         k->upper[a] = reals_select(up, reals_all(1), reals_all(0));
-        k->last[a] = k->upper[a] * (VOL_BRICK_CELLS - 1);
     }
 }
 
-/* Where a ray reaches the next face across an axis.  The brick's own faces are none: where it leaves the brick, `end`
- * says, and a cell beyond is never entered whatever rounding makes of a slanting ray. */
-static inline real next_face(real at, real e, real d, real inv)
+/* The last cell of a brick along axis a that a ray comes to: in the brick and in the domain. */
+static inline real last_cell(const VolGrid *grid, int a, int32_t origin, real d)
 {
-    if (d == 0 || at == (d > 0 ? VOL_BRICK_CELLS - 1 : 0))
+    int32_t low = grid->cell_min[a] - origin, high = grid->cell_max[a] - origin;
+    if (d > 0)
+        return (real)(high < VOL_BRICK_CELLS - 1 ? high : VOL_BRICK_CELLS - 1);
+    return (real)(low > 0 ? low : 0);
+}
+
+/* Where a ray reaches the next face across an axis.  The brick's and the domain's own faces are none: where it leaves the
+ * brick, `end` says, and a cell beyond is never entered whatever rounding makes of a slanting ray. */
+static inline real next_face(real at, real last, real e, real d, real inv)
+{
+    if (d == 0 || at == last)
         return INFINITY;
     return (at + (d > 0) - e) * inv;
 }
@@ -42,7 +50,8 @@ static void enter_brick(Cells *k, unsigned i, unsigned terms)
         at = real_min(real_max(at, 0), VOL_BRICK_CELLS - 1);
         k->e[a][i] = e;
         k->at[a][i] = at;
-        k->next[a][i] = l->single[i] ? INFINITY : next_face(at, e, d, l->inv[a][i]);
+        k->last[a][i] = last_cell(l->scene->grid, a, span->origin[a], d);
+        k->next[a][i] = l->single[i] ? INFINITY : next_face(at, k->last[a][i], e, d, l->inv[a][i]);
         k->entered[a][i] = 0;
         k->exit_axes[a][i] = -(lane_int)(span->exit_axes >> a & 1);
     }

@@ -18,7 +18,7 @@ typedef struct Cells {
     reals u, end;             /* where it enters that cell; where it leaves the brick */
     ints entered[3];          /* through that axis' face */
     reals sign[3], upper[3];  /* of the direction: 1 or -1; 1 or 0 */
-    reals last[3];            /* a brick's last cell that way: 7 or 0 */
+    reals last[3];            /* the brick's last cell that way, in the domain */
     ints exit_axes[3];        /* the brick is left across that axis */
 
     /* The cell being integrated. */
