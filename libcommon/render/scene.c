@@ -28,10 +28,10 @@ static double shaded_bound(const VolScene *scene, double color)
     return bound;
 }
 
-/* `emitted`: a bound on what emission may still send. */
+/* `emitted`: a bound on what emission may still send, beside what is reflected and seen through. */
 static double stop_depth(const VolScene *scene, double emitted)
 {
-    double most = fmax(fmax(1, scene->color_bound), fmax(scene->background_max, emitted));
+    double most = fmax(1, fmax(scene->color_bound, scene->background_max)) + emitted;
     return isfinite(most) ? vol_log(most / scene->stop_opacity) : INFINITY;
 }
 

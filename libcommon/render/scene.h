@@ -127,7 +127,7 @@ bool vol_ray_meets_visible(const VolScene *scene, const VolRay *ray);
 
 /* Optical depth beyond which a ray of that length can be given up: what is still to come, seen through it, is below
  * stop_opacity.  With T the transmittance reached and L the length, dropping the rest changes a pixel by at most
- * T max(1, largest radiance, background, largest emission x L). */
+ * T (max(1, largest radiance, background) + largest emission x L). */
 double vol_scene_stop_depth(const VolScene *scene, double length);
 
 /* What the rays met, and what of it was left out. */

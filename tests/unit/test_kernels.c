@@ -262,7 +262,8 @@ static void stop_at(VolScene *scene, double opacity)
 static void early_termination_keeps_its_bound(void)
 {
     double worst = 0;
-    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++) {
+    /* In scene 331 what is reflected and what is emitted add up behind an opaque part. */
+    for (uint64_t seed = first_seed + 201; seed <= first_seed + 200 + SCENES; seed++) {
         Random r;
         RandomScene s;
         begin_scene(seed, 0, true, &r, &s);
@@ -279,12 +280,13 @@ static void early_termination_keeps_its_bound(void)
                 double error = fabs(all.color[c] - cut.color[c]);
                 error = fmax(error, fabs(exp(-all.tau[c]) - exp(-cut.tau[c])));
                 worst = fmax(worst, error);
+                if (!(error <= 0x1p-10))
+                    FAIL("seed %d ray %d channel %d: changed by %.3g", (int)seed, i, c, error);
             }
         }
         end_scene(&s);
     }
     printf("# stop at 2^-10: largest change %.3g of %.3g allowed\n", worst, 0x1p-10);
-    CHECK(worst <= 0x1p-10);
     CHECK(worst > 0); /* the test would notice nothing if no ray were cut */
 }
 
