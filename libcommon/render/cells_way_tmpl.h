@@ -55,6 +55,7 @@ static void enter_brick(Cells *k, unsigned i, unsigned terms)
         k->entered[a][i] = 0;
         k->exit_axes[a][i] = -(lane_int)(span->exit_axes >> a & 1);
     }
+    k->visible[i] = l->scene->brick_visible[span->brick] == VOL_BRICK_SEEN ? -1 : 0;
     k->u[i] = 0;
     k->end[i] = (real)(span->t1 - span->t0);
     if (terms & TERM_ISO)
@@ -104,24 +105,20 @@ static void judge_ends(Cells *k, ints mask, const Cubic *v, const reals corners[
         k->carry_t[i] = k->lanes.span[i].t1;
 }
 
-/* Whether a cell of one value sends and takes nothing: no particles there, and surfaces need a change. */
-static inline ints constant_is_nothing(const Optics *o, ints interval, reals v, unsigned terms)
+/* Whether anything is to be seen in the cells of `mask`, whose bricks were judged to show nothing but are entered all the
+ * same: their field lies between the bricks' ends, whatever rounding makes of it. */
+static ints shows_all_the_same(const Cells *k, ints mask, reals lo, reals hi, unsigned terms)
 {
-    reals in[4], g[4];
-    load_interval(o, interval, AT_PARTICLES, in);
-    reals x = v - in[0];
-    ints some = (ints)(reals_line(in[1], in[2], x) > 0);
-    if (terms & TERM_COLOURED) {
-        load_interval(o, interval, AT_REST, g);
-        some |= (ints)(reals_line(g[0], g[1], x) > 0) | (ints)(reals_line(g[2], g[3], x) > 0);
+    const Lanes *l = &k->lanes;
+    ints low, high;
+    FOR_LANES(i, mask_bits(mask)) {
+        const VolBrick *brick = &l->scene->grid->bricks[l->span[i].brick];
+        lo[i] = real_clamp(lo[i], (real)brick->lo, (real)brick->hi);
+        hi[i] = real_clamp(hi[i], (real)brick->lo, (real)brick->hi);
     }
-    if (terms & TERM_EMIT) {
-        load_interval(o, interval, AT_EMIT, g);
-        some |= (ints)(reals_line(g[0], g[1], x) != 0) | (ints)(reals_line(g[2], g[3], x) != 0);
-        load_interval(o, interval, AT_EMIT + 4, g);
-        some |= (ints)(reals_line(g[0], g[1], x) != 0);
-    }
-    return ~some;
+    intervals_around(l->optics, lo, hi, &low, &high);
+    ints touching = (ints)(low < high) & (ints)(hi == gather_reals(l->optics->edges, high));
+    return range_shows(l->optics, lo, hi, low, high, touching, terms);
 }
 
 /* Looks at the next cell of each lane of `mask`: those with something in it are in that cell from now on. */
@@ -161,7 +158,10 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
     ints visible = (ints)(first_visible <= high), constant = met & visible & (ints)(lo == hi);
     /* Unshaded, a cell's light costs less than looking at one cell more. */
     if (terms & TERM_SHADED && any(constant))
-        visible &= ~(constant & constant_is_nothing(o, low, lo, terms));
+        visible &= ~constant | particles_at(o, low, lo, terms);
+    ints judged = met & visible & ~k->visible;
+    if (__builtin_expect(any(judged), 0))
+        visible &= ~judged | shows_all_the_same(k, judged, lo, hi, terms);
     ints seen = met & (visible | meets_iso);
     l->scratch->skipped.cells_met += (unsigned)__builtin_popcount(mask_bits(met));
     if (any(seen)) {

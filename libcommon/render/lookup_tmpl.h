@@ -53,11 +53,6 @@ ALWAYS_INLINE void find_extinction(const Optics *o, unsigned terms, LookupEnd *e
     }
 }
 
-ALWAYS_INLINE ints next_visible_of(const Optics *o, ints interval)
-{
-    return few_intervals(o) ? pick_ints(o->few.next_visible, interval) : gather_ints(o->next_visible, interval);
-}
-
 ALWAYS_INLINE void find_place(const Lookup *t, reals v, LookupEnd *out)
 {
     reals product = v * t->scale;
@@ -80,12 +75,20 @@ ALWAYS_INLINE void find_end(const Optics *o, reals v, bool table, unsigned terms
         find_place(&o->lookup, v, out);
 }
 
-/* Whether anything lies between the ends. */
-ALWAYS_INLINE ints something_between(const Optics *o, const LookupEnd *a, const LookupEnd *b)
+/* Whether anything lies between the ends; by the rule that bricks are judged by (vol_tf_range_visible), so that what is left
+ * out with them would have added nothing. */
+ALWAYS_INLINE ints something_between(const Optics *o, const LookupEnd *a, const LookupEnd *b, unsigned terms)
 {
-    ints rising = (ints)(a->interval < b->interval);
+    ints rising = (ints)(a->interval < b->interval), touching = {0};
     ints low = ints_select(rising, a->interval, b->interval), high = ints_select(rising, b->interval, a->interval);
-    return (ints)(next_visible_of(o, low) <= high);
+    reals lo = reals_min(a->v, b->v), hi = reals_max(a->v, b->v);
+    ints perhaps = (ints)(low < high) & (ints)(next_visible_of(o, low) == high);
+    if (any(perhaps)) {
+        reals knot[4];
+        load_quads(&o->knots[0].v, ((high - 1) & perhaps) * KNOT_REALS, knot);
+        touching = perhaps & (ints)(hi == knot[0]) & (ints)(knot[1] == 0);
+    }
+    return range_shows(o, lo, hi, low, high, touching, terms);
 }
 
 /* ---- Segments that run over knots ---- */

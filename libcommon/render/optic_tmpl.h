@@ -15,6 +15,11 @@ typedef struct Optic {
     reals scatter[2], scatter_color[3][2], emit[3][2], surfaceness[2], surface[2], surface_color[3][2];
 } Optic;
 
+ALWAYS_INLINE ints next_visible_of(const Optics *o, ints interval)
+{
+    return few_intervals(o) ? pick_ints(o->few.next_visible, interval) : gather_ints(o->next_visible, interval);
+}
+
 /* Four numbers of each lane's interval, from number `at` on. */
 ALWAYS_INLINE void load_interval(const Optics *o, ints interval, int at, reals out[4])
 {
@@ -73,6 +78,37 @@ ALWAYS_INLINE void load_optics(const Optics *o, ints interval, ints mask, unsign
         take_lines(g, out->extinction[1], out->extinction[2]);
     }
 #undef GROUP
+}
+
+/* Whether there are particles where the field is v, in that interval: what can be seen of a single value. */
+static inline ints particles_at(const Optics *o, ints interval, reals v, unsigned terms)
+{
+    reals in[4], g[4];
+    load_interval(o, interval, AT_PARTICLES, in);
+    reals x = v - in[0];
+    ints some = (ints)(reals_line(in[1], in[2], x) > 0);
+    if (terms & TERM_COLOURED) {
+        load_interval(o, interval, AT_REST, g);
+        some |= (ints)(reals_line(g[0], g[1], x) > 0) | (ints)(reals_line(g[2], g[3], x) > 0);
+    }
+    if (terms & TERM_EMIT) {
+        load_interval(o, interval, AT_EMIT, g);
+        some |= (ints)(reals_line(g[0], g[1], x) != 0) | (ints)(reals_line(g[2], g[3], x) != 0);
+        load_interval(o, interval, AT_EMIT + 4, g);
+        some |= (ints)(reals_line(g[0], g[1], x) != 0);
+    }
+    return some;
+}
+
+/* Whether anything can be seen of the values from lo to hi, which lie in the intervals `low` and `high`.  They cover a
+ * stretch of every interval but perhaps the last: `touching`, hi is that one's lower end and no more. */
+ALWAYS_INLINE ints range_shows(const Optics *o, reals lo, reals hi, ints low, ints high, ints touching, unsigned terms)
+{
+    ints first = next_visible_of(o, low), shows = (ints)(first <= high);
+    ints point = (ints)(first == high) & (touching | (ints)(lo == hi));
+    if (any(point))
+        shows &= ~point | particles_at(o, high, hi, terms);
+    return shows;
 }
 
 /* ---- What rays have gathered ---- */

@@ -20,6 +20,7 @@ typedef struct Cells {
     reals sign[3], upper[3];  /* of the direction: 1 or -1; 1 or 0 */
     reals last[3];            /* the brick's last cell that way, in the domain */
     ints exit_axes[3];        /* the brick is left across that axis */
+    ints visible;             /* something can be seen in that brick */
 
     /* The cell being integrated. */
     ints in_cell, gradients_known;

@@ -291,7 +291,7 @@ ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const
     const VolScene *scene = k->samples.lanes.scene;
     SegmentParts parts;
     SegmentLight light;
-    mask &= something_between(k->samples.lanes.optics, &a->field, &b->field);
+    mask &= something_between(k->samples.lanes.optics, &a->field, &b->field, terms);
     if (!any(mask))
         return;
     k->sums.cells -= mask;

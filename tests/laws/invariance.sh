@@ -89,12 +89,4 @@ must vol-render -t tf.json --size 8x6 $camera --background 0.5,0.25,1 -o backgro
 must makeexr 8x6 R=0.5 G=0.25 B=1 A=0 >want.exr
 check 'a clear volume shows the background, alpha 0' vol-diff background.exr want.exr
 
-# --- a plateau that ends at the domain's faces: rounding at a face leads into no cell beyond it, skipped or not ---
-awk 'BEGIN { for (z = 0; z < 24; z++) for (y = 0; y < 24; y++) for (x = 0; x < 24; x++) {
-    printf "%c", x < 16 ? 65 : 65 + (x - 16) } }' >plateau.raw
-must vol-import --dims 24,24,24 --type u8 --spacing 1,1,1 -o plateau.vdb plateau.raw
-printf '{"pellucid": "transfer-function/1", "scalar_step": 1, "surface": [[60, 0.3], [80, 0.3]]}' >plateau.json
-must vol-render -q -t plateau.json --size 96x96 -o skipped.exr plateau.vdb
-must vol-render -q -t plateau.json --size 96x96 --no-skip -o met.exr plateau.vdb
-check 'a plateau: skipped or not' vol-diff met.exr skipped.exr
 finish

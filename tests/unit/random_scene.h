@@ -37,8 +37,9 @@ static inline uint64_t seed_before_first(int argc, char **argv)
     return seed;
 }
 
-/* NO_PLATEAUS: no values exactly at knots and no holes, where rounding decides the side of a jump. */
-enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4 };
+/* NO_PLATEAUS: no values exactly at knots and no holes, where rounding decides the side of a jump.  BOUNDED: the values of
+ * each brick end at a quarter, above or below, and so do many stretches of the transfer function. */
+enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4, RANDOM_BOUNDED = 8 };
 
 typedef struct RandomScene {
     VolGrid *grid;
@@ -100,12 +101,17 @@ static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
                         abort();
                     continue;
                 }
+                double least = -INFINITY, most = INFINITY;
+                if (flags & RANDOM_BOUNDED) {
+                    double quarter = 0.25 * random_below(r, 5);
+                    *(random_below(r, 2) ? &least : &most) = quarter;
+                }
                 for (int n = 0; n < 512; n++) {
                     int32_t at_voxel[3] = {x + (n >> 6), y + (n >> 3 & 7), z + (n & 7)};
                     int inside = 1;
                     for (int a = 0; a < 3; a++)
                         inside &= at_voxel[a] >= s->lo[a] && at_voxel[a] <= s->hi[a];
-                    values[n] = inside ? (float)random_value(r, style) : (float)source.background;
+                    values[n] = inside ? (float)fmin(fmax(random_value(r, style), least), most) : (float)source.background;
                     if (inside && holes && random_below(r, 60) == 0)
                         values[n] = random_below(r, 2) ? NAN : INFINITY;
                     if (inside)
@@ -119,12 +125,12 @@ static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
     return grid;
 }
 
-static void random_nodes(Random *r, char *text, size_t size, const char *key, int color)
+static void random_nodes(Random *r, int flags, char *text, size_t size, const char *key, int color)
 {
     size_t n = strlen(text);
     n += (size_t)snprintf(text + n, size - n, ", \"%s\": [", key);
     int count = random_below(r, 8) ? 1 + random_below(r, 5) : 10 + random_below(r, 30);
-    double v = random_in(r, -0.2, 0.5);
+    double v = flags & RANDOM_BOUNDED ? 0.25 * random_below(r, 4) : random_in(r, -0.2, 0.5);
     for (int i = 0; i < count; i++) {
         double amount = random_below(r, 3) ? random_unit(r) * 0.9 : 0;
         n += (size_t)snprintf(text + n, size - n, "%s[%.3f, %.4f", i ? ", " : "", v, amount);
@@ -132,6 +138,10 @@ static void random_nodes(Random *r, char *text, size_t size, const char *key, in
             n += (size_t)snprintf(text + n, size - n, ", [%.3f, %.3f, %.3f]", random_unit(r), random_unit(r),
                                   random_unit(r));
         n += (size_t)snprintf(text + n, size - n, "]");
+        if (flags & RANDOM_BOUNDED && random_below(r, 3)) {
+            v += 0.25 * (i == 0 ? random_below(r, 2) : 1 + random_below(r, 2));
+            continue;
+        }
         v += random_below(r, 4) == 0 && i == 0 ? 0 : random_below(r, 3) ? random_in(r, 0.05, 0.4) : 0.01;
     }
     snprintf(text + n, size - n, "]");
@@ -145,13 +155,13 @@ static void random_tf(Random *r, int flags, char *text, size_t size)
                          "\"particle_step\": %.3f, \"scalar_step\": %.3f",
              models[model], random_below(r, 2) ? "extinction" : "opacity", random_in(r, 0.2, 2), random_in(r, 0.05, 0.5));
     if (random_below(r, 4))
-        random_nodes(r, text, size, "scatter", 1);
+        random_nodes(r, flags, text, size, "scatter", 1);
     if (random_below(r, 2) && model != 2)
-        random_nodes(r, text, size, "surface", 1);
+        random_nodes(r, flags, text, size, "surface", 1);
     if (random_below(r, 3) == 0)
-        random_nodes(r, text, size, "absorb", 1);
+        random_nodes(r, flags, text, size, "absorb", 1);
     if (random_below(r, 3) == 0)
-        random_nodes(r, text, size, "emit", 1);
+        random_nodes(r, flags, text, size, "emit", 1);
     size_t n = strlen(text);
     if (!(flags & RANDOM_NO_DELTAS) && random_below(r, 2)) {
         n += (size_t)snprintf(text + n, size - n, ", \"isosurfaces\": [");

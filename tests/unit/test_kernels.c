@@ -106,7 +106,7 @@ static void skipping_changes_nothing(void)
         for (int precise = 0; precise < 2; precise++) {
             Random r = {seed};
             RandomScene s;
-            random_scene(&r, 0, &s);
+            random_scene(&r, seed & 1 ? RANDOM_BOUNDED : 0, &s);
             VolScene plain = s.scene;
             plain.skip = false;
             plain.precise = s.scene.precise = precise;
