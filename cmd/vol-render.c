@@ -131,6 +131,7 @@ static VolStatus fit_look(Job *job, VolError *err)
                                 .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS, .step = scene->step,
                                 .nodes = TABLE_NODES, .threads = job->run->threads, .cpu = job->run->cpu};
     VolStatus status = vol_look_fit(&job->look, job->grid, &settings, &job->run->log, err);
+    scene->unit = job->look.unit;
     scene->tf = vol_look_compiled(&job->look);
     scene->preint = vol_look_preint(&job->look);
     scene->integrals = &job->look.integrals;
@@ -309,14 +310,14 @@ static VolStatus set_backdrop(Job *job, VolError *err)
 static void warn_of_nothing(const Job *job)
 {
     const VolTfCompiled *tf = job->scene.tf;
-    double lo, hi;
+    double lo, hi, unit = job->scene.unit;
     if (!vol_grid_range(job->grid, &lo, &hi))
         vol_warn(&job->run->log, "no finite voxel in the grid: nothing to see");
     else if (!vol_tf_range_visible(tf, lo, hi))
-        vol_warn(&job->run->log, "the transfer function shows nothing in the data's range %g to %g", lo, hi);
+        vol_warn(&job->run->log, "the transfer function shows nothing in the data's range %g to %g", lo * unit, hi * unit);
     else if (tf->node_min <= tf->node_max && (tf->node_min > hi || tf->node_max < lo))
         vol_warn(&job->run->log, "the transfer function's nodes, %g to %g, lie beyond the data's range %g to %g",
-                 tf->node_min, tf->node_max, lo, hi);
+                 tf->node_min * unit, tf->node_max * unit, lo * unit, hi * unit);
 }
 
 static VolStatus set_scene(Job *job, VolError *err)
@@ -394,6 +395,7 @@ static void count_work(const Job *job, const VolFrameCounts *counts)
                     skipped->cells_met > counts->cells ? skipped->cells_met - counts->cells : 0);
     vol_stats_count(stats, "skipped.rays", counts->rays_missed);
     vol_stats_count(stats, "skipped.ends_of_rays", skipped->rays_ended);
+    vol_stats_count(stats, "rays_in_double", skipped->rays_in_double);
     vol_scene_terms_skipped(&job->scene, terms, sizeof terms);
     vol_stats_text(stats, "skipped.terms", terms);
     vol_stats_real(stats, "stop_opacity", job->scene.stop_opacity);

@@ -130,6 +130,32 @@ bool vol_grid_range(const VolGrid *grid, double *lo, double *hi)
     return *lo <= *hi;
 }
 
+/* Holes stay holes. */
+static double rescaled(double v, int exponent, double most)
+{
+    return isfinite(v) ? fmax(fmin(ldexp(v, exponent), most), -most) : v;
+}
+
+void vol_grid_rescale(VolGrid *grid, int exponent)
+{
+    /* A little below the largest numbers, so that differences are finite. */
+    const double most = grid->is_double ? 0x1p500 : 0x1p125;
+    size_t count = grid->stored_bricks * VOL_BRICK_STRIDE;
+    for (size_t n = 0; n < count; n++) {
+        if (grid->is_double)
+            ((double *)grid->values)[n] = rescaled(((double *)grid->values)[n], exponent, most);
+        else
+            ((float *)grid->values)[n] = (float)rescaled((double)((float *)grid->values)[n], exponent, most);
+    }
+    for (size_t b = 0; b < grid->brick_count; b++) {
+        VolBrick *brick = &grid->bricks[b];
+        brick->lo = rescaled(brick->lo, exponent, most);
+        brick->hi = rescaled(brick->hi, exponent, most);
+        brick->uniform = rescaled(brick->uniform, exponent, most);
+    }
+    grid->background = rescaled(grid->background, exponent, most);
+}
+
 void vol_grid_free(VolGrid *grid)
 {
     if (!grid)

@@ -112,6 +112,9 @@ VolStatus vol_grid_finish(VolGridBuilder *builder, VolGrid **out, VolError *err)
 void vol_grid_builder_free(VolGridBuilder *builder);
 void vol_grid_free(VolGrid *grid);
 
+/* All values times 2^exponent; those that would not be finite any more become the largest that are. */
+void vol_grid_rescale(VolGrid *grid, int exponent);
+
 /* ---- Looking up ---- */
 
 /* vol_grid_node() where there is no table. */

@@ -1,5 +1,8 @@
 #include "load/look.h"
 
+#include <math.h>
+#include <stdlib.h>
+
 #include "tf/foreign.h"
 
 VolStatus vol_look_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log, VolLook *out,
@@ -24,7 +27,26 @@ static VolStatus make_tables(VolLook *look, const VolGrid *grid, const VolLookSe
     return vol_preint_build(&look->compiled, &options, &look->preint, err);
 }
 
-VolStatus vol_look_fit(VolLook *look, const VolGrid *grid, const VolLookSettings *settings, const VolLog *log,
+/* Takes a transfer function whose nodes lie far from 1, and the field with it, to units in which kernels count well. */
+static void settle_units(VolLook *look, VolGrid *grid)
+{
+    enum { NEAR = 40 }; /* squares and cubes of values, and of differences a thousandth of them, stay well within float */
+    VolTfCompiled *tf = look->tables ? &look->tables->compiled : &look->compiled;
+    double largest = fmax(fabs(tf->node_min), fabs(tf->node_max));
+    int exponent = 0;
+    look->unit = 1;
+    if (tf->node_min <= tf->node_max && largest > 0)
+        frexp(largest, &exponent);
+    if (abs(exponent) <= NEAR)
+        return;
+    look->unit = ldexp(1, exponent);
+    vol_grid_rescale(grid, -exponent);
+    vol_tf_compiled_rescale(tf, 1 / look->unit);
+    if (look->tables)
+        vol_preint_rescale(&look->tables->preint, 1 / look->unit);
+}
+
+VolStatus vol_look_fit(VolLook *look, VolGrid *grid, const VolLookSettings *settings, const VolLog *log,
                        VolError *err)
 {
     VolStatus status = VOL_OK;
@@ -42,6 +64,10 @@ VolStatus vol_look_fit(VolLook *look, const VolGrid *grid, const VolLookSettings
         if (settings->scalar_step > 0)
             look->tf.scalar_step = settings->scalar_step;
         status = vol_tf_compile(&look->tf, log, &look->compiled, err);
+    }
+    if (!status) {
+        settle_units(look, grid);
+        vol_tf_limit(look->tables ? &look->tables->compiled : &look->compiled, grid->voxel);
     }
     if (!status && settings->full && look->tables && !look->tables->preint.octave_count)
         return vol_fail(err, VOL_BAD_INPUT, "the tables have no part 'full': make them with tf-preint --part full");

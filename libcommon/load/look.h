@@ -17,6 +17,7 @@ typedef struct VolLook {
     VolPreint preint; /* octave_count 0: none */
     VolTfIntegrals integrals;
     bool has_integrals;
+    double unit; /* of the field as it is now, in units of the field as it was: a power of two, mostly 1 */
 } VolLook;
 
 typedef struct VolLookSettings {
@@ -33,9 +34,9 @@ VolStatus vol_look_read(const VolBytes *bytes, const char *name, const char *par
                         VolError *err);
 
 /* Stretches relative values over the grid's range, applies the settings, compiles, and makes the tables: those that were
- * read are used as they are unless a setting changes what they hold (a note then says that they are made anew). */
-VolStatus vol_look_fit(VolLook *look, const VolGrid *grid, const VolLookSettings *settings, const VolLog *log,
-                       VolError *err);
+ * read are used as they are unless a setting changes what they hold (a note then says that they are made anew).  Where the
+ * nodes lie far from 1, the grid and everything here are taken to other units. */
+VolStatus vol_look_fit(VolLook *look, VolGrid *grid, const VolLookSettings *settings, const VolLog *log, VolError *err);
 void vol_look_free(VolLook *look);
 
 /* The transfer function and the tables in force. */

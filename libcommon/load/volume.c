@@ -1,6 +1,7 @@
 #include "load/volume.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <string.h>
 
 typedef struct Loading {
@@ -81,6 +82,24 @@ static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
     return VOL_OK;
 }
 
+static VolStatus load_entry(const VolVdb *vdb, size_t index, bool as_double, int threads, VolGrid **out, VolError *err)
+{
+    Loading loading = {.entry = vol_vdb_entry(vdb, index), .as_double = as_double, .threads = threads};
+    VolVdbVisitor visitor = {begin, leaf_float, as_double ? leaf_double : NULL, tile, place, threads};
+    VolStatus status = vol_vdb_visit(vdb, index, &visitor, &loading, err);
+    if (!status)
+        return vol_grid_finish(loading.builder, out, err);
+    vol_grid_builder_free(loading.builder);
+    return status;
+}
+
+/* Whether values of double may have been lost in float: too large, they look like holes; too small, like 0. */
+static bool float_may_lose(const VolGrid *grid)
+{
+    double lo, hi;
+    return grid->bad_voxels || !vol_grid_range(grid, &lo, &hi) || fmax(fabs(lo), fabs(hi)) < 0x1p-100;
+}
+
 VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
                           VolGrid **out, VolError *err)
 {
@@ -92,15 +111,14 @@ VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_do
     const VolVdbEntry *entry = vol_vdb_entry(vdb, index);
     VolVdbValue value = vol_vdb_value(entry);
     bool wide = value == VOL_VALUE_DOUBLE || value == VOL_VALUE_INT32 || value == VOL_VALUE_INT64;
-    Loading loading = {.entry = entry, .as_double = keep_double && wide, .threads = threads};
-    VolVdbVisitor visitor = {begin, leaf_float, loading.as_double ? leaf_double : NULL, tile, place, threads};
     status = check_entry(entry, err);
     if (!status)
-        status = vol_vdb_visit(vdb, index, &visitor, &loading, err);
-    if (!status)
-        status = vol_grid_finish(loading.builder, out, err);
-    else
-        vol_grid_builder_free(loading.builder);
+        status = load_entry(vdb, index, keep_double && wide, threads, out, err);
+    if (!status && value == VOL_VALUE_DOUBLE && !keep_double && float_may_lose(*out)) {
+        vol_grid_free(*out);
+        *out = NULL;
+        status = load_entry(vdb, index, true, threads, out, err);
+    }
     if (status)
         return vol_fail_within(err, status, "grid '%s'", entry->name);
     if ((*out)->bad_voxels)

@@ -55,6 +55,9 @@ ALWAYS_INLINE Cubic expand_cell(const reals c[8], const reals p[3], const reals 
     return v;
 }
 
+/* As reals_mix, but exactly b at t = 1, and not exactly a where b = a. */
+ALWAYS_INLINE reals reals_blend(reals a, reals b, reals t) { return reals_fma(t, b, reals_fma(-t, a, a)); }
+
 /* The field at one point of the cell. */
 ALWAYS_INLINE reals interpolate_cell(const reals c[8], const reals p[3])
 {
@@ -82,9 +85,28 @@ ALWAYS_INLINE void cubic_range(const Cubic *v, reals *lo, reals *hi)
     *hi = reals_max(reals_max(v->a0, b1), reals_max(b2, b3));
 }
 
-/* v at a point p of a cell, kept within the corners that carry weight there: on a face, exactly within that face. */
-static inline reals clamp_to_corners(reals v, const reals c[8], const reals p[3])
+/* What a trilinear field cannot leave. */
+ALWAYS_INLINE void range_of_corners(const reals c[8], reals *least, reals *most)
 {
+    reals lo[4], hi[4];
+    for (int n = 0; n < 4; n++) {
+        lo[n] = reals_min(c[2 * n], c[2 * n + 1]);
+        hi[n] = reals_max(c[2 * n], c[2 * n + 1]);
+    }
+    *least = reals_min(reals_min(lo[0], lo[1]), reals_min(lo[2], lo[3]));
+    *most = reals_max(reals_max(hi[0], hi[1]), reals_max(hi[2], hi[3]));
+}
+
+/* The field at a point p of a cell, of nothing but the corners that carry weight there: on a face, however large the others
+ * are, exactly within that face. */
+static inline reals judge_at(const reals c[8], const reals p[3])
+{
+    reals z[4], y[2];
+    for (int n = 0; n < 4; n++)
+        z[n] = reals_blend(c[2 * n], c[2 * n + 1], p[2]);
+    for (int n = 0; n < 2; n++)
+        y[n] = reals_blend(z[2 * n], z[2 * n + 1], p[1]);
+    reals v = reals_blend(y[0], y[1], p[0]);
     reals lo = reals_all(INFINITY), hi = -lo;
     ints low[3], high[3];
     for (int a = 0; a < 3; a++) {
@@ -125,6 +147,7 @@ static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi
     ints outside = (ints)(f_lo == 0) | ~((ints)(f_lo > 0) ^ (ints)(f_hi > 0));
     reals nearest = reals_select((ints)(reals_abs(f_lo) <= reals_abs(f_hi)), lo, hi);
     ints rising = (ints)(f_hi > f_lo), open = mask & ~outside;
+    reals bend = reals_fma(reals_all(3), reals_abs(v->a3), reals_abs(v->a2)); /* |f''| / 2 at the most */
     reals s = lo - f_lo * (hi - lo) / (f_hi - f_lo);
     s = reals_min(reals_max(s, lo), hi);
     for (int i = 0; i < 60 && any(open); i++) {
@@ -133,11 +156,14 @@ static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi
         ints before = ~((ints)(value < 0) ^ rising);
         lo = reals_select(before, s, lo);
         hi = reals_select(before, hi, s);
-        reals next = s - value / cubic_slope(&f, s);
-        next = reals_select((ints)(next > lo) & (ints)(next < hi), next, (real)0.5 * (lo + hi));
+        reals slope = cubic_slope(&f, s), next = s - value / slope;
+        ints newton = (ints)(next > lo) & (ints)(next < hi);
+        next = reals_select(newton, next, (real)0.5 * (lo + hi));
         open &= (ints)(next > lo) & (ints)(next < hi);
-        open &= (ints)(reals_abs(next - s) > REAL_EPSILON * (real)0.25 * reals_abs(s));
+        reals move = reals_abs(next - s), least = REAL_EPSILON * (real)0.25 * reals_abs(s);
         s = reals_select(open, next, s);
+        /* Newton's next move would be about move^2 |f'' / 2 f'|. */
+        open &= ~(newton & (ints)(move * move * bend <= least * reals_abs(slope))) & (ints)(move > least);
     }
     return reals_select(outside, nearest, s);
 }

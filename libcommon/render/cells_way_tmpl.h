@@ -37,6 +37,18 @@ static inline real next_face(real at, real last, real e, real d, real inv)
     return (at + (d > 0) - e) * inv;
 }
 
+/* In double soft surfaces too are judged by ends on which neighbouring cells agree: beside a value of 1e30 what rounding
+ * leaves of a face of zeros would hide a layer of surfaces from one and show it to the other. */
+static inline bool judges_ends(unsigned terms)
+{
+#ifdef VOL_DOUBLE
+    return terms & TERM_SURFACE;
+#else
+    (void)terms;
+    return false;
+#endif
+}
+
 /* Lane i goes to its next brick, to the cell where its ray enters that. */
 static void enter_brick(Cells *k, unsigned i, unsigned terms)
 {
@@ -58,7 +70,7 @@ static void enter_brick(Cells *k, unsigned i, unsigned terms)
     k->visible[i] = l->scene->brick_visible[span->brick] == VOL_BRICK_SEEN ? -1 : 0;
     k->u[i] = 0;
     k->end[i] = (real)(span->t1 - span->t0);
-    if (terms & TERM_ISO)
+    if (terms & TERM_ISO || judges_ends(terms))
         k->carried[i] = k->carry_t[i] == span->t0 ? -1 : 0;
 }
 
@@ -87,18 +99,19 @@ ALWAYS_INLINE ints meets_isosurface(const Optics *o, reals lo, reals hi)
     return (ints)(count_up_to(o->delta_values, o->delta_count, hi, false) > before);
 }
 
-/* The field at a cell's ends for isosurfaces, kept within the corners of the faces that the ends lie on. */
-static void judge_ends(Cells *k, ints mask, const Cubic *v, const reals corners[8], const reals p[3], reals u1, ints inside,
-                       reals *entry, reals *exit)
+/* The field at a cell's ends, kept within the corners of the faces that the ends lie on. */
+static void judge_ends(Cells *k, ints mask, const reals corners[8], const reals p[3], const reals step[3], reals u1,
+                       ints inside, reals *entry, reals *exit)
 {
-    reals there[3], half = reals_all((real)0.5);
+    reals there[3];
     for (int a = 0; a < 3; a++) {
         ints at_face = ints_select(inside, (ints)(k->next[a] <= u1), k->exit_axes[a]);
-        there[a] = reals_select(at_face, k->upper[a], half);
+        there[a] = reals_select(at_face, k->upper[a], reals_clamp(p[a] + step[a], 0, 1));
     }
-    reals fresh = clamp_to_corners(v->a0, corners, p);
-    *exit = clamp_to_corners(cubic_at(v, reals_all(1)), corners, there);
-    *entry = reals_select(k->carried, k->carry, fresh);
+    *exit = judge_at(corners, there);
+    *entry = k->carry;
+    if (any(mask & ~k->carried))
+        *entry = reals_select(k->carried, k->carry, judge_at(corners, p));
     k->carry = reals_select(mask, *exit, k->carry);
     k->carried |= mask;
     FOR_LANES(i, mask_bits(mask & ~inside))
@@ -143,14 +156,25 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
         met &= ~l->holes | all_finite(corners);
     cubic_range(&v, &lo, &hi);
     ints meets_iso = {0};
-    if (terms & TERM_ISO) {
-        reals entry, exit;
-        judge_ends(k, met, &v, corners, p, u1, inside, &entry, &exit);
-        meets_iso = meets_isosurface(o, reals_min(lo, reals_min(entry, exit)), reals_max(hi, reals_max(entry, exit)));
-        k->da = reals_select(met, entry, k->da);
-        k->exit = reals_select(met, exit, k->exit);
-        k->meets_iso = ints_select(met, meets_iso, k->meets_iso);
+    reals entry = v.a0, exit = cubic_at(&v, one), least, most;
+    if (terms & TERM_ISO || o->jumps) {
+        range_of_corners(corners, &least, &most);
+        lo = reals_min(reals_max(lo, least), most);
+        hi = reals_min(reals_max(hi, least), most);
+        entry = reals_min(reals_max(entry, least), most);
+        exit = reals_min(reals_max(exit, least), most);
+        k->least = reals_select(met, least, k->least);
+        k->most = reals_select(met, most, k->most);
+    }
+    if (terms & TERM_ISO || judges_ends(terms)) {
+        judge_ends(k, met, corners, p, step, u1, inside, &entry, &exit);
+        lo = reals_min(lo, reals_min(entry, exit));
+        hi = reals_max(hi, reals_max(entry, exit));
         k->carried &= met | ~(mask & (ints)(u1 > k->u));
+    }
+    if (terms & TERM_ISO) {
+        meets_iso = meets_isosurface(o, lo, hi);
+        k->meets_iso = ints_select(met, meets_iso, k->meets_iso);
     }
     ints low, high;
     intervals_around(o, lo, hi, &low, &high);
@@ -173,7 +197,10 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
             turning_points(&v, &turn[0], &turn[1]);
             k->turn[0] = reals_select(seen, turn[0], k->turn[0]);
             k->turn[1] = reals_select(seen, turn[1], k->turn[1]);
-            low = ints_select(many, intervals_of(o, v.a0), low);
+            low = ints_select(many, intervals_of(o, entry), low);
+            k->exit = reals_select(seen, exit, k->exit);
+            k->leg_begun &= ~seen;
+            k->turns_passed &= ~seen;
         }
         cubic_replace(&k->v, seen, &v);
         for (int a = 0; a < 3 && terms & TERM_SHADED; a++) {
@@ -186,9 +213,9 @@ ALWAYS_INLINE void look_at_cell(Cells *k, ints mask, unsigned terms)
         k->length = reals_select(seen, length, k->length);
         k->many = ints_select(seen, many, k->many);
         k->interval = ints_select(seen, low, k->interval);
-        k->va = reals_select(seen, v.a0, k->va);
+        k->va = reals_select(seen, entry, k->va);
         k->s = reals_select(seen, zero, k->s);
-        k->stop = reals_select(seen, zero, k->stop);
+        k->done = reals_select(seen, one, k->done); /* the first stretch is to be planned */
         k->in_cell |= seen;
         k->sums.cells -= seen;
     }

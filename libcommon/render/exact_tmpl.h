@@ -21,38 +21,55 @@
 #include "render/cells_way_tmpl.h"
 #include "render/pieces_tmpl.h"
 
-/* ---- Where the next piece ends ---- */
+/* ---- Where the next stretch ends ---- */
 
-/* The stretch on which v is monotone ends at the next turning point or the cell's exit; before that, at a knot. */
-static void plan_cuts(Cells *k, ints mask)
+/* The field at a turning point: within the cell's corners, whatever rounding makes of the cubic. */
+ALWAYS_INLINE reals value_at_turn(const Cells *k, reals v, unsigned terms)
+{
+    if (terms & TERM_ISO || k->lanes.optics->jumps)
+        v = reals_min(reals_max(v, k->least), k->most);
+    return v;
+}
+
+/* The lanes of `mask` begin their next leg: up to the next turning point, or the cell's exit. */
+ALWAYS_INLINE void begin_legs(Cells *k, ints mask, unsigned terms)
+{
+    reals one = reals_all(1);
+    reals end = reals_select((ints)(k->turns_passed == 0), k->turn[0],
+                             reals_select((ints)(k->turns_passed == 1), k->turn[1], one));
+    reals v = reals_select((ints)(end < one), value_at_turn(k, cubic_at(&k->v, end), terms), k->exit);
+    k->leg_s = reals_select(mask, end, k->leg_s);
+    k->leg_v = reals_select(mask, v, k->leg_v);
+    k->leg_begun |= mask;
+}
+
+/* The stretch ends with the leg, or before that at a knot. */
+static void plan_knots(Cells *k, ints mask)
 {
     const real *edges = k->lanes.optics->edges;
-    reals one = reals_all(1);
-    reals sb = reals_select((ints)(k->turn[0] > k->s), k->turn[0],
-                            reals_select((ints)(k->turn[1] > k->s), k->turn[1], one));
-    reals vb = cubic_at(&k->v, sb);
-    ints rising = (ints)(vb > k->va), falling = (ints)(vb < k->va);
+    ints rising = (ints)(k->leg_v > k->va), falling = (ints)(k->leg_v < k->va);
     /* Falling from a knot itself: the interval below. */
     ints on_edge = mask & falling & (ints)(gather_reals(edges, k->interval) == k->va);
     k->interval += on_edge;
     reals target = gather_reals(edges, k->interval - rising);
-    ints crosses = mask & ((rising & (ints)(target < vb)) | (falling & (ints)(target > vb)));
-    reals stop = sb;
+    ints crosses = mask & ((rising & (ints)(target < k->leg_v)) | (falling & (ints)(target > k->leg_v)));
+    reals stop = k->leg_s;
     if (any(crosses))
-        stop = reals_select(crosses, solve_cubic(&k->v, target, k->s, sb, crosses), sb);
+        stop = reals_select(crosses, solve_cubic(&k->v, target, k->s, k->leg_s, crosses), stop);
     k->stop = reals_select(mask, stop, k->stop);
-    k->stop_v = reals_select(mask, reals_select(crosses, target, vb), k->stop_v);
+    k->stop_v = reals_select(mask, reals_select(crosses, target, k->leg_v), k->stop_v);
     k->stop_step = ints_select(mask, crosses & (falling - rising), k->stop_step);
+    k->ends_leg = ints_select(mask, ~crosses, k->ends_leg);
 }
 
-/* The first isosurface on the way of lane i from `da` to `db`, if any; equal values in list order, whichever way v goes. */
-static bool next_isosurface(const Optics *o, bool rising, real da, real db, size_t *first, size_t *last)
+/* The first isosurface on the way of lane i from `va` to `vb`, if any; equal values in list order, whichever way v goes. */
+static bool next_isosurface(const Optics *o, bool rising, real va, real vb, size_t *first, size_t *last)
 {
     const real *values = o->delta_values;
     size_t n = o->delta_count, at = 0;
-    while (at < n && (rising ? !(da < values[at]) : da >= values[at]))
+    while (at < n && (rising ? !(va < values[at]) : va >= values[at]))
         at++;
-    if (rising ? at == n || !(db >= values[at]) : at == 0 || !(db < values[at - 1]))
+    if (rising ? at == n || !(vb >= values[at]) : at == 0 || !(vb < values[at - 1]))
         return false;
     *first = *last = rising ? at : at - 1;
     while (*first > 0 && values[*first - 1] == values[*last])
@@ -62,48 +79,69 @@ static bool next_isosurface(const Optics *o, bool rising, real da, real db, size
     return true;
 }
 
-/* As plan_cuts, for one lane in a cell with isosurfaces: knots and isosurfaces are met in the order of v. */
+/* As plan_knots, for one lane in a cell with isosurfaces: knots and isosurfaces are met in the order of v. */
 static void plan_crossings(Cells *k, unsigned i)
 {
     const Optics *o = k->lanes.optics;
-    real s = k->s[i], sb = k->turn[0][i] > s ? k->turn[0][i] : k->turn[1][i] > s ? k->turn[1][i] : 1;
-    reals ends = k->s;
-    ends[i] = sb;
-    real va = k->va[i], vb = cubic_at(&k->v, ends)[i], da = k->da[i], db = sb < 1 ? vb : k->exit[i];
-    bool rising = vb > va || (vb == va && db > da);
-    if (!rising && vb < va && o->edges[k->interval[i]] == va)
+    real va = k->va[i], vb = k->leg_v[i];
+    bool rising = vb > va;
+    if (vb < va && o->edges[k->interval[i]] >= va)
         k->interval[i]--;
     lane_int j = k->interval[i];
     real knot_v = rising ? o->edges[j + 1] : o->edges[j];
     bool knot = rising ? knot_v < vb : knot_v > vb;
-    bool iso = next_isosurface(o, rising, da, db, &k->event_first[i], &k->event_last[i]);
+    bool iso = next_isosurface(o, rising, va, vb, &k->event_first[i], &k->event_last[i]);
     real iso_v = iso ? o->delta_values[k->event_first[i]] : 0;
     iso = iso && (!knot || (rising ? iso_v <= knot_v : iso_v >= knot_v));
     if (!iso)
         k->event_first[i] = k->event_last[i] = 0;
-    k->stop[i] = sb;
+    k->stop[i] = k->leg_s[i];
     k->stop_v[i] = vb;
     k->stop_step[i] = 0;
-    k->da_stop[i] = vb;
+    k->ends_leg[i] = iso || knot ? 0 : -1;
     if (!iso && !knot)
         return;
-    k->stop[i] = solve_cubic(&k->v, reals_all(iso ? iso_v : knot_v), k->s, ends, mask_of(1u << i))[i];
-    k->stop_v[i] = iso ? va : knot_v;
+    k->stop[i] = solve_cubic(&k->v, reals_all(iso ? iso_v : knot_v), k->s, k->leg_s, mask_of(1u << i))[i];
+    k->stop_v[i] = !iso ? knot_v : rising ? iso_v : real_below(iso_v);
     k->stop_step[i] = iso ? 0 : rising ? 1 : -1;
-    k->da_stop[i] = !iso ? da : rising ? iso_v : real_below(iso_v);
+}
+
+/* v along the stretches of `mask`, about their beginnings.  It arrives at stop_v: where a cell runs through so many values
+ * that rounding blurs the few of this stretch, what is left of the cubic is a straight line. */
+static void set_run(Cells *k, ints mask)
+{
+    reals ds = k->stop - k->s, change = k->stop_v - k->va, zero = reals_all(0);
+    reals a1 = ds * cubic_slope(&k->v, k->s), a2 = ds * ds * reals_fma(3 * k->v.a3, k->s, k->v.a2);
+    reals a3 = ds * ds * ds * k->v.a3, ratio = change / ((a1 + a2) + a3);
+    ints curved = (ints)(reals_abs(ratio - 1) < (real)(1.0 / 16));
+    Cubic run = {zero, reals_select(curved, a1 * ratio, change), reals_where(curved, a2 * ratio),
+                 reals_where(curved, a3 * ratio)};
+    cubic_replace(&k->run, mask, &run);
 }
 
 ALWAYS_INLINE void plan(Cells *k, unsigned terms)
 {
-    ints wanted = k->in_cell & (ints)(k->s >= k->stop), cut = wanted & k->many;
-    if (terms & TERM_ISO) {
-        FOR_LANES(i, mask_bits(wanted & k->meets_iso))
-            plan_crossings(k, i);
-        cut &= ~k->meets_iso;
+    ints wanted = k->in_cell & (ints)(k->done >= 1), cut = wanted & k->many;
+    if (!any(wanted))
+        return;
+    k->done = reals_select(wanted, reals_all(0), k->done);
+    if (any(cut)) {
+        begin_legs(k, cut & ~k->leg_begun, terms);
+        ints knots = cut;
+        if (terms & TERM_ISO) {
+            FOR_LANES(i, mask_bits(cut & k->meets_iso))
+                plan_crossings(k, i);
+            knots &= ~k->meets_iso;
+        }
+        if (any(knots))
+            plan_knots(k, knots);
+        set_run(k, cut);
     }
-    if (any(cut))
-        plan_cuts(k, cut);
-    k->stop = reals_select(wanted & ~k->many, reals_all(1), k->stop);
+    ints whole = wanted & ~k->many;
+    k->stop = reals_select(whole, reals_all(1), k->stop);
+    k->stop_step &= ~whole;
+    k->ends_leg |= whole;
+    cubic_replace(&k->run, whole, &k->v);
 }
 
 /* ---- Pieces ---- */
@@ -135,11 +173,9 @@ static void find_depth(Cells *k, const Piece *p, unsigned terms, unsigned i)
                             (double)k->length[i] * ((double)p->sa[i] + (double)p->ds[i] * hi);
 }
 
-static void report(const Cells *k, unsigned i, real sa, real sb, double tau, size_t number, const char *what)
+static void report(const Cells *k, unsigned i, const real s[2], const real v[2], double tau, size_t number, const char *what)
 {
-    reals a = reals_all(sa), b = reals_all(sb);
-    VolTraceStep step = {cell_time(k, i, sa), cell_time(k, i, sb), (double)cubic_at(&k->v, a)[i],
-                         (double)cubic_at(&k->v, b)[i], tau, number, what};
+    VolTraceStep step = {cell_time(k, i, s[0]), cell_time(k, i, s[1]), (double)v[0], (double)v[1], tau, number, what};
     k->lanes.scene->trace(k->lanes.scene->trace_user, &step);
 }
 
@@ -150,9 +186,12 @@ static void note_piece(Cells *k, const Piece *p, const Optic *in, ints mask, uns
     FOR_LANES(i, mask_bits(mask)) {
         if (scene->layers & VOL_LAYER_Z && isinf(k->lanes.out[i].depth))
             find_depth(k, p, terms, i);
-        if (scene->trace)
-            report(k, i, p->sa[i], p->sa[i] + p->ds[i], (double)depth_to(p, terms, 0, reals_all(1))[i],
-                   (size_t)k->interval[i], in->has_surface[i] > 0 ? "surface" : "particles");
+        if (scene->trace) {
+            reals last = p->x0 + run_of(p, reals_all(1));
+            report(k, i, (real[]){p->sa[i], p->sa[i] + p->ds[i]}, (real[]){in->ref[i] + p->x0[i], in->ref[i] + last[i]},
+                   (double)depth_to(p, terms, 0, reals_all(1))[i], (size_t)k->interval[i],
+                   in->has_surface[i] > 0 ? "surface" : "particles");
+        }
     }
 }
 
@@ -196,37 +235,38 @@ ALWAYS_INLINE void add_light_of(Cells *k, const Piece *p, const PieceLight *sum,
     }
 }
 
-/* From s to `stop`, or as far as an optical depth of 1 or the bends of the gradient allow. */
+/* To the end of the stretch, or as far as an optical depth of 1 or the bends of the gradient allow. */
 ALWAYS_INLINE void integrate(Cells *k, unsigned terms)
 {
-    ints mask = k->in_cell & (ints)(k->s < k->stop);
+    const reals one = reals_all(1);
+    ints mask = k->in_cell & (ints)(k->done < 1);
     ints seen = mask & intervals_visible(k->lanes.optics, k->interval);
-    k->s = reals_select(mask & ~seen, k->stop, k->s);
+    k->done = reals_select(mask & ~seen, one, k->done);
     if (!any(seen))
         return;
     Optic in;
     Piece p;
     PieceLight light;
     load_optics(k->lanes.optics, k->interval, seen, terms, &in);
-    reals end = k->stop;
+    reals end = one;
     ints surfaces = seen & (ints)(in.has_surface > 0); /* or what else needs the gradient */
     if (terms & TERM_CLASSIC)
         surfaces |= seen & ((ints)(in.scatter[0] != 0) | (ints)(in.scatter[1] != 0));
     if (terms & TERM_SHADED && any(surfaces)) {
         take_gradients(k, surfaces);
-        end = reals_select(surfaces, turn_limit(k, k->s, end, surfaces), end);
+        end = reals_select(surfaces, end_of_gentle_turn(k, surfaces), end);
     }
-    cut_piece(k, &in, terms, k->s, end, &p);
+    cut_piece(k, &in, terms, end, &p);
     reals tau = depth_of(&p, terms);
     ints dense = seen & (ints)(tau > 1);
     while (any(dense)) {
         /* First by the mean extinction, then by halves: extinction may grow along the way. */
-        reals next = k->s + (end - k->s) * reals_max((real)0.9 / tau, reals_all((real)(1.0 / 64)));
-        dense &= (ints)(next > k->s) & (ints)(next < end);
+        reals next = k->done + (end - k->done) * reals_max((real)0.9 / tau, reals_all((real)(1.0 / 64)));
+        dense &= (ints)(next > k->done) & (ints)(next < end);
         if (!any(dense))
             break;
         end = reals_select(dense, next, end);
-        cut_piece(k, &in, terms, k->s, end, &p);
+        cut_piece(k, &in, terms, end, &p);
         tau = depth_of(&p, terms);
         dense &= (ints)(tau > 1);
     }
@@ -241,7 +281,7 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned terms)
         note_piece(k, &p, &in, seen, terms);
     for (int c = 0; c < channels_of(terms); c++)
         doubles_add(&k->sums.tau[c], reals_where(seen, depth_to(&p, terms, c, reals_all(1))));
-    k->s = reals_select(seen, end, k->s);
+    k->done = reals_select(seen, end, k->done);
     end_dark(k, seen, terms);
 }
 
@@ -267,7 +307,8 @@ static void cross(Cells *k, unsigned i, const Delta *delta, const Shading *sh, u
     if (isinf(out->depth) && mean_transmittance(tau, channels_of(terms)) <= 0.5)
         out->depth = cell_time(k, i, k->s[i]);
     if (k->lanes.scene->trace)
-        report(k, i, k->s[i], k->s[i], delta->mu, (size_t)(delta - k->lanes.optics->deltas), "isosurface");
+        report(k, i, (real[]){k->s[i], k->s[i]}, (real[]){delta->value, delta->value}, delta->mu,
+               (size_t)(delta - k->lanes.optics->deltas), "isosurface");
 }
 
 static bool lane_is_dark(const Cells *k, unsigned i, unsigned terms)
@@ -299,18 +340,21 @@ static void cross_all(Cells *k, ints mask, unsigned terms)
     end_dark(k, crossing, terms);
 }
 
-/* Lanes that reached the end of their piece: on to the next, or out of the cell. */
+/* Lanes that reached the end of their stretch: on to the next, or out of the cell. */
 ALWAYS_INLINE void arrive(Cells *k, unsigned terms)
 {
-    ints there = k->in_cell & (ints)(k->s >= k->stop);
+    ints there = k->in_cell & (ints)(k->done >= 1);
+    k->s = reals_select(there, k->stop, k->s);
     if (terms & TERM_ISO && any(there & k->meets_iso)) {
         cross_all(k, there & k->meets_iso, terms);
         there &= k->in_cell;
-        k->da = reals_select(there, k->da_stop, k->da);
     }
     k->va = reals_select(there, k->stop_v, k->va);
     k->interval += there & k->stop_step;
-    k->in_cell &= ~(there & (ints)(k->s >= 1));
+    ints leg = there & k->ends_leg;
+    k->leg_begun &= ~leg;
+    k->turns_passed -= leg;
+    k->in_cell &= ~(leg & (ints)(k->s >= 1));
 }
 
 /* ---- Rays ---- */

@@ -45,7 +45,6 @@ static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance 
 /* Rays on their way through a kernel together, VOL_PACKET at most. */
 typedef struct Packet {
     const VolFrame *frame;
-    VolTraceRays *kernel;
     VolScratch *scratch;
     VolFrameCounts *counts;
     VolRay rays[VOL_PACKET];
@@ -57,7 +56,7 @@ static void packet_flush(Packet *p)
 {
     VolRadiance got[VOL_PACKET];
     if (p->count)
-        p->kernel(p->frame->scene, p->scratch, p->rays, p->count, got);
+        vol_trace_rays(p->frame->scene, p->scratch, p->rays, p->count, got);
     for (size_t i = 0; i < p->count; i++) {
         *p->results[i] = got[i];
         p->counts->cells += (uint64_t)got[i].cells;
@@ -123,7 +122,7 @@ static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depth
 /* The first sample of every pixel, then the second of every pixel, and so on. */
 static void render_block(const VolFrame *frame, VolScratch *scratch, Block *block, VolFrameCounts *counts)
 {
-    Packet packet = {.frame = frame, .kernel = vol_kernel(frame->scene), .scratch = scratch, .counts = counts};
+    Packet packet = {.frame = frame, .scratch = scratch, .counts = counts};
     double behind[BLOCK_PIXELS][3], depths[BLOCK_PIXELS] = {0};
     int deep[BLOCK_PIXELS] = {0};
     for (int p = 0; p < block->count; p++) {
@@ -151,6 +150,7 @@ static void add_skipped(VolSkipped *sum, const VolSkipped *some)
     sum->blocks += some->blocks;
     sum->cells_met += some->cells_met;
     sum->rays_ended += some->rays_ended;
+    sum->rays_in_double += some->rays_in_double;
 }
 
 VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolError *err)

@@ -55,14 +55,27 @@ static inline void lanes_begin(Lanes *l, const VolScene *scene, VolScratch *scra
     }
 }
 
-/* Takes lane i into its next visible brick; false, and the lane is dead: there is none.  `entry`: see walk_next. */
+static inline bool float_is_enough(const VolScene *scene, uint32_t brick)
+{
+#ifdef VOL_DOUBLE
+    (void)scene, (void)brick;
+    return true;
+#else
+    return !scene->ill_conditioned || !scene->ill_conditioned[brick];
+#endif
+}
+
+/* Takes lane i into its next visible brick; false, and the lane is dead: there is none, or the ray is given up.  `entry`:
+ * see walk_next. */
 static inline bool lanes_enter(Lanes *l, unsigned i, bool single_cells, bool entry)
 {
     BrickSpan *span = &l->span[i];
     bool found = walk_next(&l->walk[i], entry, span);
     l->scratch->skipped.blocks += l->walk[i].blocks; /* now: a ray may end in the brick and come here no more */
     l->walk[i].blocks = 0;
-    if (!found) {
+    bool enough = !found || float_is_enough(l->scene, span->brick);
+    if (!found || !enough) {
+        l->out[i].given_up = !enough;
         l->alive[i] = 0;
         return false;
     }

@@ -2,8 +2,13 @@
 #include "render/lookup_build_tmpl.h"
 #include "render/optics_tmpl.h"
 
-/* About the place `shift` beyond the line's own: that of the interval, rounded. */
-static Line line_of(VolLinear from, double shift) { return (Line){(real)(from.a + from.b * shift), (real)from.b}; }
+/* About the place `shift` beyond the line's own: that of the interval, rounded.  A slope beyond the numbers belongs to an
+ * interval so narrow that it is as good as a jump. */
+static Line line_of(VolLinear from, double shift)
+{
+    Line line = {(real)(from.a + from.b * shift), (real)from.b};
+    return isfinite(line.b) && isfinite(line.a) ? line : (Line){(real)from.a, 0};
+}
 
 static Interval interval_from(const VolTfInterval *from)
 {
@@ -84,6 +89,35 @@ static void order_falling(Optics *o)
     }
 }
 
+/* ---- Jumps ---- */
+
+static bool lines_meet(const VolLinear *before, double x, const VolLinear *after)
+{
+    double a = before->a + before->b * x, b = after->a;
+    return fabs(a - b) <= 1e-9 * fmax(fabs(a), fabs(b));
+}
+
+/* Whether all that can be seen goes over from one interval to the next without a jump. */
+static bool intervals_meet(const VolTfInterval *before, const VolTfInterval *after)
+{
+    double x = after->v0 - before->v_ref;
+    bool meet = lines_meet(&before->scatter, x, &after->scatter) && lines_meet(&before->surface, x, &after->surface) &&
+                lines_meet(&before->surfaceness, x, &after->surfaceness);
+    for (int c = 0; c < 3 && meet; c++)
+        meet = lines_meet(&before->absorb[c], x, &after->absorb[c]) && lines_meet(&before->emit[c], x, &after->emit[c]) &&
+               lines_meet(&before->scatter_color[c], x, &after->scatter_color[c]) &&
+               lines_meet(&before->surface_color[c], x, &after->surface_color[c]);
+    return meet;
+}
+
+static bool has_jumps(const VolTfCompiled *tf)
+{
+    bool jumps = tf->delta_count > 0;
+    for (size_t i = 0; i < tf->knot_count && !jumps; i++)
+        jumps = !intervals_meet(&tf->intervals[i], &tf->intervals[i + 1]);
+    return jumps;
+}
+
 static VolStatus build_optics(const VolScene *scene, Optics *o, VolError *err)
 {
     const VolTfCompiled *tf = scene->tf;
@@ -93,6 +127,7 @@ static VolStatus build_optics(const VolScene *scene, Optics *o, VolError *err)
                   .terms = terms_of(tf),
                   .channels = tf->coloured ? 3 : 1,
                   .classic = tf->model == VOL_MODEL_CLASSIC,
+                  .jumps = has_jumps(tf),
                   .ambient = (real)tf->ambient,
                   .diffuse = (real)tf->diffuse,
                   .specular = (real)tf->specular,

@@ -91,6 +91,7 @@ typedef struct Optics {
     unsigned terms;
     int channels; /* 1: extinction is grey, 3: coloured */
     bool classic;
+    bool jumps;      /* isosurfaces, or values at which something begins or ends at once */
     real ambient, diffuse, specular;
     double shininess;
     bool gradient_surfaceness;

@@ -1,5 +1,5 @@
-/* Pieces of rays for the exact estimator (exact_tmpl.h has the derivation): stretches of a cell within one interval of the
- * transfer function, their optical depth in closed form, their light by Gauss-Legendre quadrature.
+/* Pieces of rays for the exact estimator (exact_tmpl.h has the derivation): parts of stretches of a cell within one interval
+ * of the transfer function, their optical depth in closed form, their light by Gauss-Legendre quadrature.
  * Include lanes_tmpl.h first. */
 #ifndef VOL_RENDER_PIECES_TMPL_H
 #define VOL_RENDER_PIECES_TMPL_H
@@ -31,18 +31,25 @@ typedef struct Cells {
     Cubic gradient[3];        /* world space, times gradient_scale (a power of two), where gradients_known */
     reals gradient_scale;
     ints steady;              /* the normal turns little, and to no other side of viewer or lights, anywhere in the cell */
+    reals least, most;        /* of its corners, where the kernel or the scene asks for it: v never leaves them */
     reals turn[2];            /* where v turns; 1: nowhere */
     ints many;                /* to be cut at knots or where v turns */
-    ints interval;            /* that the next piece lies in */
-    reals s, stop;            /* integrated up to s; the piece that begins there ends at `stop` */
-    reals va, stop_v;         /* the field at s and at `stop`, as the search for knots sees it */
-    ints stop_step;           /* what `stop` does to the interval: -1, 0, 1 */
+    ints interval;            /* that the next stretch lies in */
+
+    /* v runs in monotone legs from turn to turn; knots and isosurfaces cut a leg into stretches. */
+    ints turns_passed, leg_begun;
+    reals leg_s, leg_v;       /* where the leg ends, and the field there */
+    reals s, stop;            /* the stretch */
+    reals va, stop_v;         /* the field at its ends */
+    ints stop_step;           /* what its end does to the interval: -1, 0, 1 */
+    ints ends_leg;            /* it ends the leg */
+    Cubic run;                /* v - va along it, u in [0, 1]; a0 = 0 */
+    reals done;               /* u up to which it is integrated */
 
     /* Isosurfaces are judged by the field at the cell's ends, kept within the corners of the faces they lie on:
      * neighbouring cells agree on each side of a face, and a crossing is counted once, whatever rounding does. */
     ints meets_iso, carried;
-    reals carry, da, exit;    /* at the last exit; at s; at this cell's exit */
-    reals da_stop;            /* at `stop` */
+    reals carry, exit;        /* the field at the last cell's exit; at this one's */
     double carry_t[LANES];
     size_t event_first[LANES], event_last[LANES]; /* the isosurfaces at `stop` */
 
@@ -128,6 +135,9 @@ static inline void take_gradients(Cells *k, ints mask)
     for (int a = 0; a < 3; a++) {
         load_corners_of(l->gradients, offset + a * VOL_BRICK_STRIDE, corners);
         Cubic v = expand_cell(corners, k->p, k->step);
+        ints vanishing = (ints)(reals_abs(v.a0) < (real)0x1p-16 * (reals_abs(v.a1) + reals_abs(v.a2) + reals_abs(v.a3)));
+        if (any(wanted & vanishing)) /* where the face has no gradient, none that rounding left behind */
+            v.a0 = reals_select(vanishing, interpolate_cell(corners, k->p), v.a0);
         g[a][0] = v.a0, g[a][1] = v.a1, g[a][2] = v.a2, g[a][3] = v.a3;
     }
     reals world[4][3], largest = reals_all(0);
@@ -166,11 +176,11 @@ ALWAYS_INLINE void shade_at(const Cells *k, int count, const reals *s, Shading *
         out[n].gradient /= k->gradient_scale;
 }
 
-/* Whether the normal turns by more than 26 degrees from a to b. */
+/* Whether the normal turns by more than 18 degrees from a to b. */
 ALWAYS_INLINE ints turns(const reals a[3], const reals b[3])
 {
     reals aa = dot3(a, a), bb = dot3(b, b), ab = dot3(a, b);
-    return (ints)(ab < 0) | (ints)(ab * ab < (real)0.81 * aa * bb);
+    return (ints)(ab < 0) | (ints)(ab * ab < (real)0.9 * aa * bb);
 }
 
 /* Whether the gradient bends so much that it may all but vanish in between: the second difference against the middle. */
@@ -179,7 +189,7 @@ ALWAYS_INLINE ints bends(const reals a[3], const reals m[3], const reals b[3])
     reals second[3];
     for (int i = 0; i < 3; i++)
         second[i] = (a[i] - m[i]) + (b[i] - m[i]);
-    return (ints)(dot3(second, second) > (real)0.25 * dot3(m, m));
+    return (ints)(dot3(second, second) > (real)0.1 * dot3(m, m));
 }
 
 /* Where the gradient's product with `to` is 0 between sa and sb, else sb; what is 0 but for rounding has no side. */
@@ -246,7 +256,7 @@ static reals turn_limit(const Cells *k, reals sa, reals sb, ints mask)
     sb = kink_limit(k, sa, sb, mask);
     gradients_at(k, sa, first);
     gradients_at(k, sb, last);
-    for (int halvings = 0; halvings < 6; halvings++) {
+    for (int halvings = 0; halvings < 16; halvings++) {
         reals half = (real)0.5 * (sa + sb);
         mask &= (ints)(half > sa) & (ints)(half < sb);
         gradients_at(k, half, middle);
@@ -260,9 +270,17 @@ static reals turn_limit(const Cells *k, reals sa, reals sb, ints mask)
     return sb;
 }
 
+/* The same in u of the stretch; its end is its end. */
+static reals end_of_gentle_turn(const Cells *k, ints mask)
+{
+    reals whole = k->stop - k->s, from = reals_fma(whole, k->done, k->s), to = turn_limit(k, from, k->stop, mask);
+    reals u = reals_min((to - k->s) / whole, reals_all(1));
+    return reals_select((ints)(to < k->stop) & (ints)(u > k->done), u, reals_all(1));
+}
+
 /* ---- Pieces ---- */
 
-/* A stretch of a cell within one interval, u in [0, 1]: x(u) = v - ref = x0 + X(u), X = u (x1 + u (x2 + u x3)).  The
+/* A part of a stretch, u in [0, 1]: x(u) = v - ref = x0 + X(u), X = u (x1 + u (x2 + u x3)).  The
  * particles' optical depth up to u is u (g1 + u (g2 + u (g3 + u g4))), the surfaces'
  * |X| max(surface0 + surface1 X / 2, 0). */
 typedef struct Piece {
@@ -270,19 +288,21 @@ typedef struct Piece {
     reals length, sa, ds; /* world units; s = sa + ds u */
     reals g1[3], g2[3], g3[3], g4[3];
     reals surface0, surface1;
+    reals scatter0, emit0[3]; /* at u = 0; may be below 0 there */
 } Piece;
 
-ALWAYS_INLINE void cut_piece(const Cells *k, const Optic *in, unsigned terms, reals sa, reals sb, Piece *p)
+/* From u to `end` of the stretch. */
+ALWAYS_INLINE void cut_piece(const Cells *k, const Optic *in, unsigned terms, reals end, Piece *p)
 {
-    const Cubic *v = &k->v;
-    reals ds = sb - sa;
-    p->sa = sa;
-    p->ds = ds;
-    p->length = k->length * ds;
-    p->x0 = reals_fma(reals_fma(reals_fma(v->a3, sa, v->a2), sa, v->a1), sa, v->a0 - in->ref);
-    p->x1 = ds * cubic_slope(v, sa);
-    p->x2 = ds * ds * reals_fma(3 * v->a3, sa, v->a2);
-    p->x3 = ds * ds * ds * v->a3;
+    const Cubic *run = &k->run;
+    reals u = k->done, du = end - u, whole = k->stop - k->s;
+    p->sa = reals_fma(whole, u, k->s);
+    p->ds = whole * du;
+    p->length = k->length * p->ds;
+    p->x0 = reals_fma(reals_fma(reals_fma(run->a3, u, run->a2), u, run->a1), u, k->va - in->ref);
+    p->x1 = du * cubic_slope(run, u);
+    p->x2 = du * du * reals_fma(3 * run->a3, u, run->a2);
+    p->x3 = du * du * du * run->a3;
     for (int c = 0; c < channels_of(terms); c++) {
         reals slope = p->length * in->extinction[c][1];
         p->g1[c] = p->length * reals_max(reals_line(in->extinction[c][0], in->extinction[c][1], p->x0), reals_all(0));
@@ -290,6 +310,9 @@ ALWAYS_INLINE void cut_piece(const Cells *k, const Optic *in, unsigned terms, re
         p->g3[c] = slope * ((real)(1.0 / 3.0) * p->x2);
         p->g4[c] = slope * ((real)0.25 * p->x3);
     }
+    p->scatter0 = reals_line(in->scatter[0], in->scatter[1], p->x0);
+    for (int c = 0; c < 3 && terms & TERM_EMIT; c++)
+        p->emit0[c] = reals_line(in->emit[c][0], in->emit[c][1], p->x0);
     if (terms & TERM_SURFACE) {
         p->surface0 = reals_line(in->surface[0], in->surface[1], p->x0);
         p->surface1 = (real)0.5 * in->surface[1];
@@ -334,12 +357,13 @@ typedef struct PieceLight {
     reals scatter[3], emit[3], surface[3], normal[3];
 } PieceLight;
 
-/* What a node adds; `through` is its weight times transmittance, per channel. */
+/* What a node adds; `through` is its weight times transmittance, per channel.  Amounts are counted from the piece's start as
+ * optical depth is: where a piece is so short that x0 + X rounds to x0, both still see the same particles. */
 ALWAYS_INLINE void add_node(const Cells *k, const Optic *in, const Piece *p, unsigned terms, const Shading *sh, real u,
-                            reals x, const reals through[3], PieceLight *sum)
+                            reals X, const reals through[3], PieceLight *sum)
 {
-    reals zero = reals_all(0), factor[3];
-    reals amount = reals_max(reals_line(in->scatter[0], in->scatter[1], x), zero);
+    reals zero = reals_all(0), x = p->x0 + X, factor[3];
+    reals amount = reals_max(reals_line(p->scatter0, in->scatter[1], X), zero);
     if (terms & TERM_CLASSIC) {
         reals S = surfaceness_of(k->lanes.optics, reals_line(in->surfaceness[0], in->surfaceness[1], x), sh);
         classic_factors(S, sh, factor);
@@ -354,10 +378,10 @@ ALWAYS_INLINE void add_node(const Cells *k, const Optic *in, const Piece *p, uns
     if (terms & TERM_EMIT)
         for (int c = 0; c < 3; c++)
             sum->emit[c] = reals_fma(through[terms & TERM_COLOURED ? c : 0],
-                                     reals_line(in->emit[c][0], in->emit[c][1], x), sum->emit[c]);
+                                     reals_line(p->emit0[c], in->emit[c][1], X), sum->emit[c]);
     if (terms & TERM_SURFACE) {
         reals dX = reals_fma(reals_fma(3 * p->x3, reals_all(u), 2 * p->x2), reals_all(u), p->x1);
-        reals dense = reals_abs(dX) * reals_max(reals_line(in->surface[0], in->surface[1], x), zero);
+        reals dense = reals_abs(dX) * reals_max(reals_line(p->surface0, in->surface[1], X), zero);
         bool shaded = terms & TERM_SHADED && !(terms & TERM_CLASSIC);
         for (int c = 0; c < 3; c++) {
             reals color = reals_line(in->surface_color[c][0], in->surface_color[c][1], x);
@@ -395,7 +419,7 @@ ALWAYS_INLINE void piece_light(const Cells *k, const Optic *in, const Piece *p, 
                 through[c] = reals_select(dense, reals_exp(-depth), through[c]);
             through[c] *= gauss_w[n];
         }
-        add_node(k, in, p, terms, &sh[n], gauss_x[n], p->x0 + X, through, sum);
+        add_node(k, in, p, terms, &sh[n], gauss_x[n], X, through, sum);
     }
 }
 

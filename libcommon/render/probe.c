@@ -13,17 +13,23 @@ static json_t *number(double v)
     return isfinite(v) ? json_real(v) : json_string(isnan(v) ? "nan" : v > 0 ? "inf" : "-inf");
 }
 
+typedef struct Trace {
+    json_t *steps;
+    double unit;
+} Trace;
+
 static void add_step(void *user, const VolTraceStep *step)
 {
+    const Trace *trace = user;
     json_t *entry = json_object();
     json_object_set_new(entry, "what", json_string(step->what));
     json_object_set_new(entry, "t0", number(step->t0));
     json_object_set_new(entry, "t1", number(step->t1));
-    json_object_set_new(entry, "v0", number(step->v0));
-    json_object_set_new(entry, "v1", number(step->v1));
+    json_object_set_new(entry, "v0", number(step->v0 * trace->unit));
+    json_object_set_new(entry, "v1", number(step->v1 * trace->unit));
     json_object_set_new(entry, "optical_depth", number(step->tau));
     json_object_set_new(entry, "interval", json_integer((json_int_t)step->interval));
-    json_array_append_new(user, entry);
+    json_array_append_new(trace->steps, entry);
 }
 
 static VolStatus place_of(const VolFrame *frame, const char *text, int64_t at[2], VolError *err)
@@ -45,7 +51,7 @@ static VolStatus add_pixel(VolFrame *frame, const int64_t at[2], bool trace, jso
     VolFrame view = *frame;
     json_t *steps = json_array(), *channels = json_object(), *entry = json_object();
     traced.trace = trace ? add_step : NULL;
-    traced.trace_user = steps;
+    traced.trace_user = &(Trace){steps, traced.unit > 0 ? traced.unit : 1};
     view.scene = &traced;
     VolStatus status = vol_frame_pixel(&view, at[0], at[1], &pixel, err);
     if (status)

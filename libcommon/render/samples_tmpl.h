@@ -274,8 +274,14 @@ ALWAYS_INLINE reals samples_value(const Samples *s, SamplePlaces *at, ints *vali
     *valid = s->visiting;
     if (__builtin_expect(any(l->holes & s->visiting), 0))
         *valid &= ~l->holes | all_finite(corners);
-    /* Never beyond what the brick was judged by. */
-    return reals_min(reals_max(interpolate_cell(corners, at->f), s->lo), s->hi);
+    reals v = interpolate_cell(corners, at->f), least = s->lo, most = s->hi;
+    /* Never beyond what the brick was judged by; nor beyond the cell's corners, where less than that can be seen. */
+    if (l->optics->jumps) {
+        range_of_corners(corners, &least, &most);
+        least = reals_max(least, s->lo); /* beside a hole it is no number */
+        most = reals_min(most, s->hi);
+    }
+    return reals_min(reals_max(v, least), most);
 }
 
 /* The gradient of the field in world space, for `mask` of the visiting lanes; the others: 0. */
@@ -376,16 +382,19 @@ static inline Place place_of_time(const Samples *s, unsigned i, double t)
     return place;
 }
 
-/* As interpolate_cell, for one. */
-static inline real interpolate_place(const real *voxels, const Place *place, bool *finite)
+/* As interpolate_cell, for one; and the range of the corners. */
+static inline real interpolate_place(const real *voxels, const Place *place, bool *finite, real *least, real *most)
 {
     static const int row[4] = {0, 9, 81, 90};
     const real *at = voxels + place->offset, *f = place->f;
     real z[4], sum = 0;
+    *least = *most = at[0];
     for (int r = 0; r < 4; r++) {
         real a = at[row[r]], b = at[row[r] + 1];
         z[r] = real_fma(f[2], b - a, a);
         sum += a * 0 + b * 0;
+        *least = real_min(*least, real_min(a, b));
+        *most = real_max(*most, real_max(a, b));
     }
     real y0 = real_fma(f[1], z[1] - z[0], z[0]), y1 = real_fma(f[1], z[3] - z[2], z[2]);
     *finite = sum == 0;
@@ -401,11 +410,12 @@ static inline Sample sample_at(Samples *s, const Place *place)
     if (!sample.valid)
         return sample;
     bool finite;
-    real v = interpolate_place(brick_values(l->scene->grid, l->scratch, l->values, place->brick), place, &finite);
-    real lo = (real)brick->lo, hi = (real)brick->hi;
+    real least, most;
+    const real *voxels = brick_values(l->scene->grid, l->scratch, l->values, place->brick);
+    real v = interpolate_place(voxels, place, &finite, &least, &most);
+    bool jumps = l->optics->jumps;
     sample.valid = finite;
-    sample.v = v > lo ? v : lo;
-    sample.v = sample.v < hi ? sample.v : hi;
+    sample.v = real_min(real_max(v, jumps ? least : (real)brick->lo), jumps ? most : (real)brick->hi);
     return sample;
 }
 
@@ -415,10 +425,10 @@ static inline void gradient_at(Samples *s, const Place *place, real out[3])
     Lanes *l = &s->lanes;
     const VolGrid *grid = l->scene->grid;
     const real *voxels = brick_gradients(grid, l->scratch, l->gradients, place->brick, place->origin);
-    real g[3];
+    real g[3], least, most;
     bool finite;
     for (int a = 0; a < 3; a++)
-        g[a] = interpolate_place(voxels + a * VOL_BRICK_STRIDE, place, &finite);
+        g[a] = interpolate_place(voxels + a * VOL_BRICK_STRIDE, place, &finite, &least, &most);
     for (int i = 0; i < 3; i++) {
         const double *m = grid->world_to_index.m[i];
         out[i] = real_fma((real)m[2], g[2], real_fma((real)m[1], g[1], (real)m[0] * g[0]));

@@ -6,6 +6,7 @@
 
 #include "base/fmath.h"
 #include "base/mem.h"
+#include "render/conditioning.h"
 #include "render/optics.h"
 #include "render/skip.h"
 #include "render/walk.h"
@@ -53,16 +54,21 @@ VolStatus vol_scene_prepare(VolScene *scene, VolError *err)
 {
     set_bounds(scene);
     VolStatus status = vol_skip_prepare(scene, err);
-    if (status)
-        return status;
-    return scene->precise ? vol_optics_f64_new(scene, &scene->optics64, err)
-                          : vol_optics_f32_new(scene, &scene->optics32, err);
+    if (!status && !scene->precise)
+        status = vol_conditioning_prepare(scene, err);
+    if (!status && !scene->precise)
+        status = vol_optics_f32_new(scene, &scene->optics32, err);
+    if (!status && (scene->precise || scene->ill_conditioned))
+        status = vol_optics_f64_new(scene, &scene->optics64, err);
+    return status;
 }
 
 void vol_scene_release(VolScene *scene)
 {
     scene->stop_opacity = 0; /* prepared anew it may be of another precision */
     vol_skip_release(scene);
+    free(scene->ill_conditioned);
+    scene->ill_conditioned = NULL;
     vol_optics_f32_free(scene->optics32);
     vol_optics_f64_free(scene->optics64);
     scene->optics32 = NULL;
@@ -147,22 +153,35 @@ bool vol_ray_meets_visible(const VolScene *scene, const VolRay *ray)
     return walk.t < walk.end;
 }
 
-VolStatus vol_scratch_new(const VolScene *scene, VolScratch *out, VolError *err)
+static VolStatus scratch_of_precision(const VolScene *scene, size_t real_size, VolScratch *out, VolError *err)
 {
     enum { VALUES = 64, GRADIENTS = 256 };
-    size_t size = (scene->precise ? sizeof(double) : sizeof(float)) * VOL_BRICK_STRIDE;
+    size_t size = real_size * VOL_BRICK_STRIDE;
     *out = (VolScratch){0};
     out->zeros = vol_alloc_zero(3, size);
     bool made = out->zeros && store_new(&out->values, VALUES, size) &&
                 (!scene->shaded || store_new(&out->gradients, GRADIENTS, 3 * size));
-    if (made)
-        return VOL_OK;
-    vol_scratch_free(out);
-    return vol_fail_memory(err, GRADIENTS * 3 * size);
+    return made ? VOL_OK : vol_fail_memory(err, GRADIENTS * 3 * size);
+}
+
+VolStatus vol_scratch_new(const VolScene *scene, VolScratch *out, VolError *err)
+{
+    VolStatus status = scratch_of_precision(scene, scene->precise ? sizeof(double) : sizeof(float), out, err);
+    if (!status && scene->ill_conditioned) {
+        out->in_double = vol_alloc_zero(1, sizeof *out->in_double);
+        status = out->in_double ? scratch_of_precision(scene, sizeof(double), out->in_double, err)
+                                : vol_fail_memory(err, sizeof *out->in_double);
+    }
+    if (status)
+        vol_scratch_free(out);
+    return status;
 }
 
 void vol_scratch_free(VolScratch *scratch)
 {
+    if (scratch->in_double)
+        vol_scratch_free(scratch->in_double);
+    free(scratch->in_double);
     free(scratch->values.numbers);
     free(scratch->values.key);
     free(scratch->gradients.numbers);
@@ -171,7 +190,7 @@ void vol_scratch_free(VolScratch *scratch)
     *scratch = (VolScratch){0};
 }
 
-VolTraceRays *vol_kernel(const VolScene *scene)
+static VolTraceRays *kernel_of(const VolScene *scene, bool precise)
 {
     enum { EXACT, DIRECT, SEGMENTS };
     static VolTraceRays *const plain[2][3] = {{vol_exact_f32, vol_direct_f32, vol_segments_f32},
@@ -181,10 +200,64 @@ VolTraceRays *vol_kernel(const VolScene *scene)
     static VolTraceRays *const avx2[2][3] = {{vol_exact_f32_avx2, vol_direct_f32_avx2, vol_segments_f32_avx2},
                                             {vol_exact_f64_avx2, vol_direct_f64_avx2, vol_segments_f64_avx2}};
     static VolTraceRays *const avx512[3] = {vol_exact_f32_avx512, vol_direct_f32_avx512, vol_segments_f32_avx512};
-    if (scene->cpu == VOL_CPU_AVX512 && !scene->precise)
+    if (scene->cpu == VOL_CPU_AVX512 && !precise)
         return avx512[kind];
     if (vol_cpu_runs_avx2(scene->cpu))
-        return avx2[scene->precise][kind];
+        return avx2[precise][kind];
 #endif
-    return plain[scene->precise][kind];
+    return plain[precise][kind];
+}
+
+/* Adds what the rays met in double to the thread's counts. */
+static void take_counts(VolScratch *scratch)
+{
+    VolSkipped *sum = &scratch->skipped, *some = &scratch->in_double->skipped;
+    sum->bricks_entered += some->bricks_entered;
+    sum->blocks += some->blocks;
+    sum->cells_met += some->cells_met;
+    sum->rays_ended += some->rays_ended;
+    *some = (VolSkipped){0};
+}
+
+static void trace_in_double(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+{
+    VolRay again[VOL_PACKET];
+    VolRadiance got[VOL_PACKET];
+    size_t place[VOL_PACKET], given_up = 0;
+    for (size_t i = 0; i < count; i++)
+        if (out[i].given_up) {
+            again[given_up] = rays[i];
+            place[given_up++] = i;
+        }
+    if (!given_up)
+        return;
+    scratch->skipped.rays_in_double += given_up;
+    kernel_of(scene, true)(scene, scratch->in_double, again, given_up, got);
+    for (size_t n = 0; n < given_up; n++)
+        out[place[n]] = got[n];
+    take_counts(scratch);
+}
+
+/* A trace tells one way of a ray, not also the one that was given up: only what is kept is traced aloud. */
+static void trace_aloud(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+{
+    VolScene silent = *scene;
+    silent.trace = NULL;
+    for (size_t i = 0; i < count; i++) {
+        kernel_of(scene, false)(&silent, scratch, &rays[i], 1, &out[i]);
+        if (!out[i].given_up)
+            kernel_of(scene, false)(scene, scratch, &rays[i], 1, &out[i]);
+    }
+    trace_in_double(scene, scratch, rays, count, out);
+}
+
+void vol_trace_rays(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+{
+    if (scene->trace && scene->ill_conditioned) {
+        trace_aloud(scene, scratch, rays, count, out);
+        return;
+    }
+    kernel_of(scene, scene->precise)(scene, scratch, rays, count, out);
+    if (scene->ill_conditioned)
+        trace_in_double(scene, scratch, rays, count, out);
 }

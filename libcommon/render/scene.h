@@ -80,6 +80,7 @@ typedef struct VolScene {
     VolCpu cpu;
     void (*trace)(void *user, const VolTraceStep *step); /* one thread only */
     void *trace_user;
+    double unit;         /* of the field here, in units of the user's field; 0 is 1 */
 
     /* Prepared by vol_scene_prepare. */
     VolOpticsF32 *optics32;
@@ -87,6 +88,7 @@ typedef struct VolScene {
     uint8_t *brick_visible; /* one per brick of the grid: VOL_BRICK_... */
     uint8_t *node_visible;  /* one per node: some brick of it is */
     uint8_t *levels;        /* 16^3 per node, as its table of bricks: VOL_VISIBLE, or the invisible block around it */
+    uint8_t *ill_conditioned; /* one per brick: float is not enough there (conditioning.c); NULL: nowhere */
     bool background_visible;
     int32_t visible_min[3], visible_max[3]; /* bricks: the box around the visible ones */
     bool shaded;            /* hybrid or classic with something to shade */
@@ -117,6 +119,7 @@ typedef struct VolRadiance {
     double normal[3];  /* sum over surfaces of weight times unit normal turned to the viewer */
     double depth;      /* t where alpha passes 0.5, or INFINITY */
     double cells;      /* cells or samples that were integrated */
+    uint64_t given_up; /* 1: the ray met a brick for which float is not enough, and nothing else here means anything */
 } VolRadiance;
 
 /* Cuts the ray's [t0, t1] to the domain and the clip planes; false: nothing left. */
@@ -135,6 +138,7 @@ typedef struct VolSkipped {
     uint64_t bricks_entered, blocks; /* visible bricks; invisible blocks of bricks, passed over in one step each */
     uint64_t cells_met;              /* cells or samples in the bricks entered, with something in them or not */
     uint64_t rays_ended;             /* early: nothing behind can be seen */
+    uint64_t rays_in_double;         /* traced anew: float was not enough */
 } VolSkipped;
 
 /* ---- Kernels ---- */
@@ -152,6 +156,7 @@ typedef struct VolScratch {
     VolBrickStore gradients; /* three times as many */
     void *zeros;             /* as large as one brick's gradients */
     VolSkipped skipped;
+    struct VolScratch *in_double; /* for rays that are traced anew, or NULL */
 } VolScratch;
 
 enum { VOL_PACKET = 16 };
@@ -168,7 +173,7 @@ VolTraceRays vol_exact_f32_avx2, vol_exact_f64_avx2, vol_direct_f32_avx2, vol_di
     vol_segments_f64_avx2;
 VolTraceRays vol_exact_f32_avx512, vol_direct_f32_avx512, vol_segments_f32_avx512;
 
-/* The kernel for the scene's estimator, precision and cpu level. */
-VolTraceRays *vol_kernel(const VolScene *scene);
+/* By the kernel for the scene's estimator, precision and cpu level; those that it gives up, by the same in double. */
+void vol_trace_rays(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out);
 
 #endif

@@ -38,6 +38,9 @@ typedef struct VolTfIntegrals {
 VolStatus vol_tf_integrals_new(const VolTfCompiled *tf, VolTfIntegrals *out, VolError *err);
 void vol_tf_integrals_free(VolTfIntegrals *integrals);
 
+/* After vol_tf_compiled_rescale of the transfer function. */
+void vol_tf_integrals_rescale(VolTfIntegrals *integrals, double scale);
+
 /* From v0 to v1, v0 <= v1; either may lie anywhere. */
 void vol_tf_integrals_between(const VolTfIntegrals *integrals, double v0, double v1, VolTfIntegral *out);
 
@@ -112,6 +115,9 @@ VolStatus vol_preint_build(const VolTfCompiled *tf, const VolPreintOptions *opti
 VolStatus vol_preint_allocate(const VolTfCompiled *tf, const VolPreintOptions *options, const size_t *bands,
                               VolPreint *out, VolError *err);
 void vol_preint_free(VolPreint *tables);
+
+/* After vol_tf_compiled_rescale of the transfer function; its integrals included. */
+void vol_preint_rescale(VolPreint *tables, double scale);
 
 static inline double vol_preint_node(const VolPreint *tables, size_t i)
 {

@@ -4,6 +4,7 @@
 #ifndef TESTS_UNIT_RANDOM_SCENE_H
 #define TESTS_UNIT_RANDOM_SCENE_H
 
+#include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,8 +39,9 @@ static inline uint64_t seed_before_first(int argc, char **argv)
 }
 
 /* NO_PLATEAUS: no values exactly at knots and no holes, where rounding decides the side of a jump.  BOUNDED: the values of
- * each brick end at a quarter, above or below, and so do many stretches of the transfer function. */
-enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4, RANDOM_BOUNDED = 8 };
+ * each brick end at a quarter, above or below, and so do many stretches of the transfer function.  WILD: opacities next to
+ * 0 and 1, spikes, lengths far from the voxels', and sometimes single voxels of enormous values. */
+enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4, RANDOM_BOUNDED = 8, RANDOM_WILD = 16 };
 
 typedef struct RandomScene {
     VolGrid *grid;
@@ -51,6 +53,7 @@ typedef struct RandomScene {
     VolClip clip;
     VolScene scene;
     int32_t lo[3], hi[3];
+    int exponent; /* values and nodes are times 2^this */
 } RandomScene;
 
 static inline double random_value(Random *r, int style)
@@ -63,9 +66,17 @@ static inline double random_value(Random *r, int style)
     return v;
 }
 
-static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
+/* What fills and faults look like. */
+static float poked_value(Random *r)
 {
-    VolGridSource source = {.background = random_below(r, 4) ? 0 : random_unit(r), .box = random_below(r, 2) != 0};
+    static const float values[] = {1e5f, -1e5f, 1e10f, 1e15f, -1e15f, 1e20f, -1e20f, 1e30f, 3e38f, -3e38f, 1e-30f, 1e-38f};
+    return values[random_below(r, (int)(sizeof values / sizeof *values))];
+}
+
+__attribute__((unused)) static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
+{
+    const double unit = ldexp(1, s->exponent);
+    VolGridSource source = {.background = unit * (random_below(r, 4) ? 0 : random_unit(r)), .box = random_below(r, 2) != 0};
     for (int a = 0; a < 3; a++) {
         s->lo[a] = random_below(r, 300) - 150;
         int extent = random_below(r, 6) == 0 ? 1 : 1 + random_below(r, 20);
@@ -85,7 +96,7 @@ static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
     VolGrid *grid;
     if (vol_grid_begin(&source, &builder, NULL))
         abort();
-    bool plain = flags & RANDOM_NO_PLATEAUS;
+    bool plain = flags & RANDOM_NO_PLATEAUS, poked = flags & RANDOM_WILD && random_below(r, 3) == 0;
     int style = plain ? 0 : random_below(r, 3), holes = !plain && random_below(r, 4) == 0;
     for (int32_t x = s->lo[0] & ~7; x <= s->hi[0]; x += 8)
         for (int32_t y = s->lo[1] & ~7; y <= s->hi[1]; y += 8)
@@ -97,7 +108,7 @@ static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
                 for (int a = 0; a < 3; a++)
                     whole = whole && origin[a] >= s->lo[a] && origin[a] + 7 <= s->hi[a];
                 if (whole && random_below(r, 3) == 0) {
-                    if (vol_grid_tile(builder, origin, 8, random_unit(r), true, NULL))
+                    if (vol_grid_tile(builder, origin, 8, unit * random_unit(r), true, NULL))
                         abort();
                     continue;
                 }
@@ -111,9 +122,12 @@ static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
                     int inside = 1;
                     for (int a = 0; a < 3; a++)
                         inside &= at_voxel[a] >= s->lo[a] && at_voxel[a] <= s->hi[a];
-                    values[n] = inside ? (float)fmin(fmax(random_value(r, style), least), most) : (float)source.background;
+                    values[n] = inside ? (float)(unit * fmin(fmax(random_value(r, style), least), most))
+                                       : (float)source.background;
                     if (inside && holes && random_below(r, 60) == 0)
                         values[n] = random_below(r, 2) ? NAN : INFINITY;
+                    if (inside && poked && random_below(r, 100) == 0)
+                        values[n] = poked_value(r);
                     if (inside)
                         active[n >> 6] |= (uint64_t)1 << (n & 63);
                 }
@@ -125,15 +139,36 @@ static VolGrid *random_grid(Random *r, int flags, RandomScene *s)
     return grid;
 }
 
-static void random_nodes(Random *r, int flags, char *text, size_t size, const char *key, int color)
+static double random_opacity(Random *r, int flags)
 {
+    static const double extremes[] = {1e-8, 1e-4, 0.999, 0.9999999, 1};
+    if (flags & RANDOM_WILD && random_below(r, 4) == 0)
+        return extremes[random_below(r, 5)];
+    return random_below(r, 3) ? round(random_unit(r) * 0.9 * 1e4) / 1e4 : 0;
+}
+
+/* From 0 up to 1 and down again within a millionth to a tenth of the range. */
+static void random_spike(Random *r, char *text, size_t size, const char *key, int exponent)
+{
+    double v = random_in(r, 0, 1), width = pow(10, random_in(r, -6, -1));
+    size_t n = strlen(text);
+    snprintf(text + n, size - n, ", \"%s\": [[%.17g, 0], [%.17g, 1, [1, 0.5, 0.2]], [%.17g, 0]]", key,
+             ldexp(v - width, exponent), ldexp(v, exponent), ldexp(v + width, exponent));
+}
+
+static void random_nodes(Random *r, int flags, char *text, size_t size, const char *key, int color, int exponent)
+{
+    if (flags & RANDOM_WILD && random_below(r, 4) == 0) {
+        random_spike(r, text, size, key, exponent);
+        return;
+    }
     size_t n = strlen(text);
     n += (size_t)snprintf(text + n, size - n, ", \"%s\": [", key);
     int count = random_below(r, 8) ? 1 + random_below(r, 5) : 10 + random_below(r, 30);
     double v = flags & RANDOM_BOUNDED ? 0.25 * random_below(r, 4) : random_in(r, -0.2, 0.5);
     for (int i = 0; i < count; i++) {
-        double amount = random_below(r, 3) ? random_unit(r) * 0.9 : 0;
-        n += (size_t)snprintf(text + n, size - n, "%s[%.3f, %.4f", i ? ", " : "", v, amount);
+        n += (size_t)snprintf(text + n, size - n, "%s[%.17g, %.9g", i ? ", " : "", ldexp(round(v * 1e3) / 1e3, exponent),
+                              random_opacity(r, flags));
         if (color)
             n += (size_t)snprintf(text + n, size - n, ", [%.3f, %.3f, %.3f]", random_unit(r), random_unit(r),
                                   random_unit(r));
@@ -147,27 +182,37 @@ static void random_nodes(Random *r, int flags, char *text, size_t size, const ch
     snprintf(text + n, size - n, "]");
 }
 
-static void random_tf(Random *r, int flags, char *text, size_t size)
+/* Near 1, or anything. */
+static double random_length(Random *r, int flags, double lo, double hi)
+{
+    return flags & RANDOM_WILD && random_below(r, 3) == 0 ? pow(10, random_in(r, -38, 38))
+                                                               : round(random_in(r, lo, hi) * 1e3) / 1e3;
+}
+
+__attribute__((unused)) static void random_tf(Random *r, int flags, int exponent, char *text, size_t size)
 {
     static const char *const models[] = {"hybrid", "unshaded", "classic"};
     int model = flags & RANDOM_UNSHADED ? 1 : random_below(r, 3);
     snprintf(text, size, "{\"pellucid\": \"transfer-function/1\", \"model\": \"%s\", \"interpolate\": \"%s\", "
-                         "\"particle_step\": %.3f, \"scalar_step\": %.3f",
-             models[model], random_below(r, 2) ? "extinction" : "opacity", random_in(r, 0.2, 2), random_in(r, 0.05, 0.5));
+                         "\"particle_step\": %.9g, \"scalar_step\": %.9g",
+             models[model], random_below(r, 2) ? "extinction" : "opacity", random_length(r, flags, 0.2, 2),
+             ldexp(round(random_in(r, 0.05, 0.5) * 1e3) / 1e3, exponent));
     if (random_below(r, 4))
-        random_nodes(r, flags, text, size, "scatter", 1);
+        random_nodes(r, flags, text, size, "scatter", 1, exponent);
     if (random_below(r, 2) && model != 2)
-        random_nodes(r, flags, text, size, "surface", 1);
+        random_nodes(r, flags, text, size, "surface", 1, exponent);
     if (random_below(r, 3) == 0)
-        random_nodes(r, flags, text, size, "absorb", 1);
+        random_nodes(r, flags, text, size, "absorb", 1, exponent);
     if (random_below(r, 3) == 0)
-        random_nodes(r, flags, text, size, "emit", 1);
+        random_nodes(r, flags, text, size, "emit", 1, exponent);
     size_t n = strlen(text);
     if (!(flags & RANDOM_NO_DELTAS) && random_below(r, 2)) {
         n += (size_t)snprintf(text + n, size - n, ", \"isosurfaces\": [");
-        for (int i = 0, count = 1 + random_below(r, 3); i < count; i++)
-            n += (size_t)snprintf(text + n, size - n, "%s{\"value\": %.2f, \"opacity\": %.3f}", i ? ", " : "",
-                                  random_below(r, 2) ? 0.25 * random_below(r, 5) : random_unit(r), random_unit(r));
+        for (int i = 0, count = 1 + random_below(r, 3); i < count; i++) {
+            double value = random_below(r, 2) ? 0.25 * random_below(r, 5) : round(random_unit(r) * 100) / 100;
+            n += (size_t)snprintf(text + n, size - n, "%s{\"value\": %.17g, \"opacity\": %.3f}", i ? ", " : "",
+                                  ldexp(value, exponent), random_unit(r));
+        }
         n += (size_t)snprintf(text + n, size - n, "]");
     }
     snprintf(text + n, size - n, "}");
@@ -199,7 +244,7 @@ __attribute__((unused)) static void random_scene(Random *r, int flags, RandomSce
     char text[16384];
     memset(s, 0, sizeof *s);
     s->grid = random_grid(r, flags, s);
-    random_tf(r, flags, text, sizeof text);
+    random_tf(r, flags, s->exponent, text, sizeof text);
     scene_look(s, text, &(VolPreintOptions){.n = 33, .step = 0.2, .octaves = 1, .change = INFINITY, .threads = 1});
     s->lights[0] = vol_light_head();
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
@@ -263,7 +308,7 @@ static inline void trace_rays(const VolScene *scene, const VolRay *rays, size_t 
     if (vol_scratch_new(scene, &scratch, NULL))
         abort();
     memset(out, 0, count * sizeof *out);
-    vol_kernel(scene)(scene, &scratch, rays, count, out);
+    vol_trace_rays(scene, &scratch, rays, count, out);
     vol_scratch_free(&scratch);
 }
 

@@ -352,7 +352,7 @@ static void what_a_ray_passed_counts_however_it_ends(void)
         s.scene.estimator = (VolEstimator)e;
         if (vol_scene_prepare(&s.scene, NULL) || !vol_ray_clip(&s.scene, &ray) || vol_scratch_new(&s.scene, &scratch, NULL))
             abort();
-        vol_kernel(&s.scene)(&s.scene, &scratch, &ray, 1, &out);
+        vol_trace_rays(&s.scene, &scratch, &ray, 1, &out);
         CHECK(scratch.skipped.rays_ended == 1 && scratch.skipped.bricks_entered == 3);
         if (scratch.skipped.blocks != 1)
             FAIL("estimator %d: %d blocks passed over", e, (int)scratch.skipped.blocks);
@@ -427,7 +427,7 @@ static double bench_rays(VolScene *scene, double *cells)
                 count += vol_ray_clip(scene, &rays[count]);
             }
             if (count)
-                vol_kernel(scene)(scene, &scratch, rays, count, out);
+                vol_trace_rays(scene, &scratch, rays, count, out);
             for (size_t i = 0; i < count; i++)
                 *cells += out[i].cells;
         }

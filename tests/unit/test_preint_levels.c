@@ -87,7 +87,7 @@ static void every_level_gives_the_same_bytes(void)
     for (uint64_t seed = first_seed + 1; seed <= first_seed + TABLES; seed++) {
         Random r = {seed};
         char text[16384];
-        random_tf(&r, 0, text, sizeof text);
+        random_tf(&r, 0, 0, text, sizeof text);
         VolTfCompiled tf = compiled_from(text);
         VolPreintOptions options = random_options(&r, &tf);
         VolPreint scalar = built(&tf, options, VOL_CPU_SCALAR, 1), best = built(&tf, options, best_level(), 1);
@@ -127,7 +127,7 @@ static void every_level_works_with_the_same_doubles(void)
         char text[16384];
         VolPreint tables;
         Bins bins;
-        random_tf(&r, 0, text, sizeof text);
+        random_tf(&r, 0, 0, text, sizeof text);
         VolTfCompiled tf = compiled_from(text);
         VolPreintOptions options = random_options(&r, &tf);
         VolPreintCut how = {(size_t)(1 + random_below(&r, 5)), random_below(&r, 2) ? SIZE_MAX : 0};

@@ -1,0 +1,154 @@
+/* Float knows a value v of the field to about u |v|, u = 2^-24.  How far that shifts a pixel, the transfer function decides:
+ * on a stretch of length l inside one of its intervals, of width w, transmittance changes with v by at most
+ *
+ *     |exp(-sigma_0 l) - exp(-sigma_1 l)| / w,
+ *
+ * sigma_0 and sigma_1 being the extinction at its ends; the largest over l up to an edge of a voxel counts.  Colours and
+ * emission count likewise by their change across the interval.  A soft surface of depth M across the interval changes it by
+ * (1 - exp(-M)) / w or by its extinction, whichever is less; nobody sees it but through the surfaces of an interval beside
+ * it.  The product of the greatest such sensitivity in a brick's range and u times the brick's largest magnitude estimates
+ * what float makes of the brick.  Where it is above LIMIT, rays that come there are traced in double: all of each such ray,
+ * so that its result depends on the ray alone.
+ *
+ * Jumps do not count, neither do isosurfaces: their places are off by what v is, in either precision, and which surfaces
+ * are met is judged by comparisons that do not round. */
+#include "render/conditioning.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/fmath.h"
+#include "base/mem.h"
+
+#define LIMIT 1e-5
+#define UNIT_ROUNDOFF 0x1p-24
+/* Products of three values stay well within float between these. */
+#define LEAST_SAFE 0x1p-40
+#define MOST_SAFE 0x1p40
+
+enum { MOST_LEVELS = 24 };
+
+/* The greatest sensitivity of any run of 2^level intervals, from each on. */
+typedef struct Sensitivities {
+    double *level[MOST_LEVELS];
+    size_t count;
+    int levels;
+} Sensitivities;
+
+static double at_end(const VolLinear *line, double width) { return fmax(line->a + line->b * width, 0); }
+
+/* By how much exp(-sigma l) can differ, l up to h. */
+static double change_of_transmittance(double a, double b, double h)
+{
+    double most = fmax(a, b), l = most * h > 1 ? 1 / most : h;
+    return fabs(vol_exp(-a * l) - vol_exp(-b * l));
+}
+
+static double surface_depth(const VolTfInterval *in)
+{
+    double width = in->v1 - in->v0;
+    if (!in->has_surface)
+        return 0;
+    return isfinite(width) ? 0.5 * width * (at_end(&in->surface, 0) + at_end(&in->surface, width)) : INFINITY;
+}
+
+static double surface_sensitivity(const VolTfCompiled *tf, size_t j)
+{
+    const VolTfInterval *in = &tf->intervals[j];
+    double width = in->v1 - in->v0, through = 0;
+    if (!in->has_surface)
+        return 0;
+    if (j > 0)
+        through = vol_exp(-surface_depth(in - 1));
+    if (j < tf->knot_count)
+        through = fmax(through, vol_exp(-surface_depth(in + 1)));
+    double dense = at_end(&in->surface, 0);
+    if (!isfinite(width))
+        return through * dense;
+    dense = fmax(dense, at_end(&in->surface, width));
+    return through * fmin(dense, -vol_expm1(-surface_depth(in)) / width);
+}
+
+static double particle_sensitivity(const VolTfInterval *in, double h)
+{
+    double width = in->v1 - in->v0, change = 0;
+    if (!isfinite(width) || !(in->has_scatter || in->has_absorb || in->has_emit))
+        return 0;
+    for (int c = 0; c < 3; c++) {
+        VolLinear sigma = {in->scatter.a + in->absorb[c].a, in->scatter.b + in->absorb[c].b};
+        double a = at_end(&sigma, 0), b = at_end(&sigma, width), opaque = -vol_expm1(-fmax(a, b) * h);
+        double parts = change_of_transmittance(a, b, h) + fabs(in->scatter_color[c].b) * width * opaque +
+                       fabs(in->emit[c].b) * width * h;
+        change = fmax(change, parts);
+    }
+    return change / width;
+}
+
+static VolStatus measure(const VolTfCompiled *tf, double h, Sensitivities *out, VolError *err)
+{
+    *out = (Sensitivities){.count = tf->knot_count + 1};
+    for (size_t span = 1; span <= out->count && out->levels < MOST_LEVELS; span *= 2) {
+        double *here = out->level[out->levels] = vol_alloc(out->count, sizeof *here);
+        if (!here)
+            return vol_fail_memory(err, out->count * sizeof *here);
+        const double *below = out->levels ? out->level[out->levels - 1] : NULL;
+        for (size_t j = 0; j < out->count; j++) {
+            size_t other = j + span / 2 < out->count ? j + span / 2 : j;
+            here[j] = below ? fmax(below[j], below[other])
+                            : particle_sensitivity(&tf->intervals[j], h) + surface_sensitivity(tf, j);
+        }
+        out->levels++;
+    }
+    return VOL_OK;
+}
+
+static void sensitivities_free(Sensitivities *s)
+{
+    for (int n = 0; n < s->levels; n++)
+        free(s->level[n]);
+}
+
+static double greatest_between(const Sensitivities *s, size_t first, size_t last)
+{
+    int level = 63 - __builtin_clzll((unsigned long long)(last - first + 1));
+    level = level < s->levels ? level : s->levels - 1;
+    return fmax(s->level[level][first], s->level[level][last + 1 - ((size_t)1 << level)]);
+}
+
+static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, const VolBrick *brick)
+{
+    double largest = fmax(fabs(brick->lo), fabs(brick->hi));
+    if (!(brick->lo < brick->hi))
+        return false;
+    if (largest > MOST_SAFE)
+        return true;
+    size_t first = vol_tf_interval(scene->tf, brick->lo), last = vol_tf_interval(scene->tf, brick->hi);
+    double effect = greatest_between(s, first, last) * largest;
+    return effect * UNIT_ROUNDOFF > LIMIT || (largest < LEAST_SAFE && effect > LIMIT);
+}
+
+VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err)
+{
+    const VolGrid *grid = scene->grid;
+    Sensitivities s;
+    size_t found = 0;
+    VolStatus status = measure(scene->tf, grid->voxel, &s, err);
+    uint8_t *ill = status ? NULL : vol_alloc_zero(grid->brick_count, 1);
+    if (!status && !ill)
+        status = vol_fail_memory(err, grid->brick_count);
+    double lo, hi;
+    /* Gradients reach into the bricks beside. */
+    bool all = vol_grid_range(grid, &lo, &hi) && scene->shaded && fmax(fabs(lo), fabs(hi)) > MOST_SAFE;
+    for (size_t b = 0; b < grid->brick_count && !status; b++) {
+        ill[b] = scene->brick_visible[b] != VOL_BRICK_LEFT_OUT && (all || is_ill_conditioned(scene, &s, &grid->bricks[b]));
+        found += ill[b];
+    }
+    sensitivities_free(&s);
+    if (!found) {
+        free(ill);
+        ill = NULL;
+    }
+    scene->ill_conditioned = ill;
+    return status;
+}
