@@ -213,15 +213,26 @@ static VolStatus compare_values(GridPair *pair, const VolVdb *a, size_t i, const
 
 /* ---- What the grids are -------------------------------------------------------------------------------------------- */
 
-static VolStatus compare_transforms(const VolVdbEntry *a, const VolVdbEntry *b, VolReport *report, VolError *err)
+/* Of a kind that has no matrix (a frustum's, or an unknown one): by its bytes. */
+static bool same_map(VolVdbSide a, VolVdbSide b, const VolVdbEntry *ea, const VolVdbEntry *eb)
 {
-    if (a->transform_known != b->transform_known)
-        return vol_report(report, err, "grid '%s': transform: of another kind", a->name);
-    for (int row = 0; row < 4 && a->transform_known; row++)
+    return strcmp(ea->map, eb->map) == 0 && ea->map_size == eb->map_size &&
+           memcmp(a.bytes + ea->map_offset, b.bytes + eb->map_offset, ea->map_size) == 0;
+}
+
+static VolStatus compare_transforms(VolVdbSide a, VolVdbSide b, const VolVdbEntry *ea, const VolVdbEntry *eb,
+                                    VolReport *report, VolError *err)
+{
+    if (ea->transform_known != eb->transform_known)
+        return vol_report(report, err, "grid '%s': transform: of another kind", ea->name);
+    if (!ea->transform_known && !same_map(a, b, ea, eb))
+        return vol_report(report, err, "grid '%s': transform: '%s' and '%s' that are not the same", ea->name, ea->map,
+                          eb->map);
+    for (int row = 0; row < 4 && ea->transform_known; row++)
         for (int column = 0; column < 3; column++) {
-            double va = a->index_to_world.m[row][column], vb = b->index_to_world.m[row][column];
+            double va = ea->index_to_world.m[row][column], vb = eb->index_to_world.m[row][column];
             if (!(va == vb))
-                return vol_report(report, err, "grid '%s': transform: row %d, column %d is %.17g and %.17g", a->name, row,
+                return vol_report(report, err, "grid '%s': transform: row %d, column %d is %.17g and %.17g", ea->name, row,
                                   column, va, vb);
         }
     return VOL_OK;
@@ -281,16 +292,14 @@ static VolStatus compare_pair(VolVdbSide a, size_t i, VolVdbSide b, size_t j, co
                               VolReport *report, VolError *err)
 {
     const VolVdbEntry *ea = vol_vdb_entry(a.vdb, i), *eb = vol_vdb_entry(b.vdb, j);
-    VolStatus status = compare_transforms(ea, eb, report, err);
+    VolStatus status = compare_transforms(a, b, ea, eb, report, err);
     if (status)
         return status;
     if (strcmp(ea->type, eb->type) != 0)
         return vol_report(report, err, "grid '%s': type: '%s' and '%s'", ea->name, ea->type, eb->type);
     GridPair pair = {.tolerance = tolerance, .components = vol_vdb_components(vol_vdb_value(ea))};
-    if (pair.components == 0 || !ea->transform_known)
-        status = compare_bytes(a, b, ea, eb, report, err);
-    if (pair.components == 0)
-        return status;
+    if (pair.components == 0 || !ea->map_size || !eb->map_size) /* what cannot be unpacked */
+        return compare_bytes(a, b, ea, eb, report, err);
     if (!status)
         status = compare_values(&pair, a.vdb, i, b.vdb, j, err);
     if (!status)

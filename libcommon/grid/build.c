@@ -12,11 +12,11 @@ static VolStatus set_domain(VolGrid *grid, const VolGridSource *source, VolError
     grid->domain = source->box ? VOL_DOMAIN_BOX : VOL_DOMAIN_SPARSE;
     grid->empty = source->empty;
     for (int a = 0; a < 3; a++) {
-        int32_t lo = source->empty ? 0 : source->box_min[a], hi = source->empty ? -1 : source->box_max[a];
+        int32_t lo = source->box_min[a], hi = source->box_max[a];
         if (lo < -INDEX_LIMIT || hi > INDEX_LIMIT)
             return vol_fail(err, VOL_BAD_INPUT, "the grid spans %d to %d along axis %d: indices beyond 2^30 are not served",
                             lo, hi, a);
-        if (!source->empty && hi < lo)
+        if (hi < lo)
             return vol_fail(err, VOL_BAD_INPUT, "the grid's box is inverted along axis %d: %d to %d", a, lo, hi);
         grid->voxel_min[a] = lo;
         grid->voxel_max[a] = hi;

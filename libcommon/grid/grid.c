@@ -123,6 +123,8 @@ bool vol_grid_range(const VolGrid *grid, double *lo, double *hi)
 {
     *lo = INFINITY;
     *hi = -INFINITY;
+    if (grid->empty)
+        return false;
     for (size_t b = grid->domain == VOL_DOMAIN_SPARSE ? 0 : 1; b < grid->brick_count; b++) {
         *lo = fmin(*lo, grid->bricks[b].lo);
         *hi = fmax(*hi, grid->bricks[b].hi);

@@ -84,7 +84,7 @@ typedef struct VolGridSource {
     double background;
     bool level_set;           /* inactive voxels of a sparse grid keep their values (their sign is meant) */
     bool box;                 /* inactive voxels inside count with their values */
-    int32_t box_min[3], box_max[3]; /* the box, or the active bounding box */
+    int32_t box_min[3], box_max[3]; /* the box, or the active bounding box; where nothing is active any one voxel */
     bool empty;
     bool as_double;
     uint64_t active_voxels;

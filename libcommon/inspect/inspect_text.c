@@ -80,7 +80,7 @@ static void put_histogram(Text *t, const json_t *histogram, int depth)
 
 static void put_object(Text *t, const json_t *object, int depth);
 
-/* "grids" -> a block "grid NAME" for each. */
+/* "grids" -> a block "grid NAME" for each, by the name that --grid takes. */
 static void put_blocks(Text *t, const char *key, const json_t *list, int depth)
 {
     size_t i;
@@ -88,7 +88,7 @@ static void put_blocks(Text *t, const char *key, const json_t *list, int depth)
     char head[40];
     snprintf(head, sizeof head, "%.*s", (int)strlen(key) - 1, key);
     json_array_foreach((json_t *)list, i, item) {
-        const json_t *name = json_object_get(item, "name");
+        const json_t *label = json_object_get(item, "label"), *name = label ? label : json_object_get(item, "name");
         indent(t, depth);
         put(t, strcmp(head, "component") == 0 && !name ? "values" : head);
         if (name) {
@@ -130,8 +130,12 @@ static void put_object(Text *t, const json_t *object, int depth)
 {
     const char *key;
     json_t *value;
-    json_object_foreach((json_t *)object, key, value) if (depth == 0 || strcmp(key, "name") != 0)
-        put_value(t, key, value, depth);
+    json_object_foreach((json_t *)object, key, value)
+    {
+        bool in_head = strcmp(key, "name") == 0 || strcmp(key, "label") == 0;
+        if (depth == 0 || !in_head)
+            put_value(t, key, value, depth);
+    }
 }
 
 VolStatus vol_inspection_text(const VolInspection *inspection, VolBytes *out, VolError *err)

@@ -79,6 +79,7 @@ static json_t *transform_json(const VolVdbEntry *entry)
     json_t *object = json_object();
     if (!entry->transform_known) {
         json_object_set_new(object, "kind", json_string("not affine"));
+        json_object_set_new(object, "map", vol_json_text(entry->map));
         return object;
     }
     if (is_scaled_identity(a)) {
@@ -134,8 +135,9 @@ static VolStatus gather_values(const VolVdb *vdb, size_t i, VolInspection *out, 
     const VolVdbVisitor visitor = {.begin = begin, .leaf_double = take_leaf, .tile = take_tile};
     VolStatus status = VOL_OK;
     for (int c = 0; c < gather.components && !status; c++) {
-        char name[300];
-        snprintf(name, sizeof name, gather.components > 1 ? "%.256s.%c" : "%.256s", entry->unique_name, "xyz"[c]);
+        char label[VOL_VDB_LABEL], name[VOL_VDB_LABEL + 2];
+        vol_vdb_label(vdb, i, label, sizeof label);
+        snprintf(name, sizeof name, gather.components > 1 ? "%s.%c" : "%s", label, "xyz"[c]);
         status = vol_inspection_add_series(out, name, &gather.series, err);
     }
     if (status)
@@ -163,8 +165,10 @@ static VolStatus inspect_grid(const VolVdb *vdb, size_t i, bool headers_only, Vo
                               VolError *err)
 {
     const VolVdbEntry *entry = vol_vdb_entry(vdb, i);
-    char *class = meta_value(&entry->meta, "class");
+    char *class = meta_value(&entry->meta, "class"), label[VOL_VDB_LABEL];
+    vol_vdb_label(vdb, i, label, sizeof label);
     json_object_set_new(grid, "name", vol_json_text(entry->name));
+    json_object_set_new(grid, "label", vol_json_text(label));
     if (strcmp(entry->name, entry->unique_name) != 0)
         json_object_set_new(grid, "unique_name", vol_json_text(entry->unique_name));
     json_object_set_new(grid, "type", vol_json_text(entry->type));
@@ -181,9 +185,9 @@ static VolStatus inspect_grid(const VolVdb *vdb, size_t i, bool headers_only, Vo
     if (!metadata)
         return VOL_NOMEM;
     json_object_set_new(grid, "metadata", metadata);
-    bool numeric = vol_vdb_components(vol_vdb_value(entry)) > 0;
-    json_object_set_new(grid, "decoded", json_boolean(numeric && !headers_only));
-    return numeric && !headers_only ? gather_values(vdb, i, out, grid, err) : VOL_OK;
+    bool decoded = vol_vdb_components(vol_vdb_value(entry)) > 0 && entry->map_size && !headers_only;
+    json_object_set_new(grid, "decoded", json_boolean(decoded));
+    return decoded ? gather_values(vdb, i, out, grid, err) : VOL_OK;
 }
 
 VolStatus vol_inspect_vdb(const VolVdb *vdb, size_t size, bool headers_only, VolInspection *out, VolError *err)

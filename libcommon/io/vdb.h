@@ -56,6 +56,8 @@ typedef struct VolVdbEntry {
     VolVdbMetaList meta;    /* the grid's own metadata (class, file_bbox_min .., vol:domain ..) */
     bool transform_known;   /* false: a map kind not affine (frustum) or one we do not know */
     VolAffine index_to_world;
+    const char *map;        /* kind of transform, "AffineMap", "NonlinearFrustumMap", ... */
+    size_t map_offset, map_size; /* its numbers in the file; size 0: of a kind we do not know, and the tree is hidden */
 } VolVdbEntry;
 
 /* `name` is for messages.  Takes the bytes over, also on failure.  VOL_BAD_INPUT names the byte or the grid where the
@@ -66,9 +68,14 @@ size_t vol_vdb_count(const VolVdb *vdb);
 const VolVdbEntry *vol_vdb_entry(const VolVdb *vdb, size_t i);
 const VolVdbMetaList *vol_vdb_file_meta(const VolVdb *vdb);
 
-/* Index of the grid of that name; VOL_BAD_INPUT lists what is there (names and types).  Among duplicates: the first.
- * `name` NULL: "density" if there, else the only scalar grid, else the list. */
+/* Index of the grid of that name, to the letter or as vol_vdb_label() has it; VOL_BAD_INPUT lists what is there (names and
+ * types).  Among duplicates: the first.  `name` NULL: "density" if there, else the only scalar grid, else the list. */
 VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err);
+
+/* What users call grid `index`: its name; NAME[1] for the second of that name in the file, and so on; '' for none. */
+enum { VOL_VDB_LABEL = 300 };
+void vol_vdb_label(const VolVdb *vdb, size_t index, char *out, size_t size);
+size_t vol_vdb_namesakes(const VolVdb *vdb, size_t index); /* how many have its name, itself included */
 
 typedef enum VolVdbValue {
     VOL_VALUE_FLOAT, VOL_VALUE_DOUBLE, VOL_VALUE_HALF, VOL_VALUE_INT32, VOL_VALUE_INT64, VOL_VALUE_BOOL, VOL_VALUE_MASK,
@@ -109,7 +116,8 @@ typedef struct VolVdbVisitor {
 } VolVdbVisitor;
 
 /* Unpacks grid `index` and walks it in a fixed order (by origin, x first, within each node), one leaf at a time; pages of
- * a mapped file are given back as they are consumed.  Types that cannot be unpacked: VOL_BAD_INPUT with the type's name. */
+ * a mapped file are given back as they are consumed.  Types that cannot be unpacked: VOL_BAD_INPUT with the type's name; so
+ * are grids whose transform hides the tree (map_size 0), but not those of a transform that is merely not affine. */
 VolStatus vol_vdb_visit(const VolVdb *vdb, size_t index, const VolVdbVisitor *visitor, void *user, VolError *err);
 
 /* ---- Writing ---- */

@@ -217,14 +217,19 @@ static VolStatus skip_frustum(Cursor *cursor)
 /* Leaves the cursor at the tree, or sets *known to false where the kind of transform is not known. */
 static VolStatus take_transform(Cursor *cursor, VdbGrid *grid, bool *known)
 {
-    VolStatus status = take_name(cursor, "the kind of transform", false, &grid->map);
+    VolVdbEntry *entry = &grid->entry;
+    char *map = NULL;
+    VolStatus status = take_name(cursor, "the kind of transform", false, &map);
+    entry->map = map;
+    entry->map_offset = cursor->at;
     if (!status)
-        status = take_map(cursor, grid->map, &grid->entry.transform_known, &grid->entry.index_to_world);
-    *known = grid->entry.transform_known;
-    if (!status && strcmp(grid->map, "NonlinearFrustumMap") == 0) {
+        status = take_map(cursor, map, &entry->transform_known, &entry->index_to_world);
+    *known = entry->transform_known;
+    if (!status && strcmp(map, "NonlinearFrustumMap") == 0) {
         *known = true;
         status = skip_frustum(cursor);
     }
+    entry->map_size = *known && !status ? cursor->at - entry->map_offset : 0;
     return status;
 }
 
@@ -277,7 +282,7 @@ static VolStatus take_blob_head(Cursor *cursor, VdbGrid *grid)
     if (status)
         return status;
     if (!known && !cursor->vdb->has_offsets)
-        return damaged(cursor, cursor->at, "unknown kind of transform '%s'", grid->map);
+        return damaged(cursor, cursor->at, "unknown kind of transform '%s'", grid->entry.map);
     grid->tree = known ? cursor->at : 0;
     return VOL_OK;
 }
@@ -513,9 +518,9 @@ void vol_vdb_close(VolVdb *vdb)
         free((void *)(uintptr_t)grid->entry.unique_name);
         free((void *)(uintptr_t)grid->entry.type);
         free((void *)(uintptr_t)grid->entry.instance_of);
+        free((void *)(uintptr_t)grid->entry.map);
         vol_meta_free(&grid->entry.meta);
         free(grid->file_type);
-        free(grid->map);
     }
     free(vdb->grids);
     vol_meta_free(&vdb->meta);

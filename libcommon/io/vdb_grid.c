@@ -2,6 +2,7 @@
 #include "io/vdb_private.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/plugin.h"
@@ -44,6 +45,29 @@ int vol_vdb_components(VolVdbValue value)
     }
 }
 
+/* How many of the grids before `end` have this name. */
+static size_t count_named(const VolVdb *vdb, const char *name, size_t end)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < end; i++)
+        count += strcmp(vdb->grids[i].entry.name, name) == 0;
+    return count;
+}
+
+size_t vol_vdb_namesakes(const VolVdb *vdb, size_t index)
+{
+    return count_named(vdb, vdb->grids[index].entry.name, vdb->count);
+}
+
+void vol_vdb_label(const VolVdb *vdb, size_t index, char *out, size_t size)
+{
+    const char *name = vdb->grids[index].entry.name;
+    size_t before = count_named(vdb, name, index);
+    int used = snprintf(out, size, "%s", *name ? name : "''");
+    if (before && used >= 0 && (size_t)used < size)
+        snprintf(out + used, size - (size_t)used, "[%zu]", before);
+}
+
 /* "density (float), v (vec3s)": the type between "Tree_" and the tree's levels. */
 static void list_grids(const VolVdb *vdb, char *out, size_t size)
 {
@@ -53,35 +77,67 @@ static void list_grids(const VolVdb *vdb, char *out, size_t size)
         const VolVdbEntry *entry = &vdb->grids[i].entry;
         const char *type = strncmp(entry->type, "Tree_", 5) == 0 ? entry->type + 5 : entry->type;
         int length = (int)strcspn(type, "_");
+        char label[VOL_VDB_LABEL];
         if (vol_vdb_value(entry) == VOL_VALUE_OTHER)
             length = (int)strlen(type);
-        int n = snprintf(out + used, size - used, "%s%s (%.*s%s)", i ? ", " : "", entry->name, length, type,
+        vol_vdb_label(vdb, i, label, sizeof label);
+        int n = snprintf(out + used, size - used, "%s%s (%.*s%s)", i ? ", " : "", label, length, type,
                          entry->half ? " as half" : "");
         used += n > 0 ? (size_t)n : 0;
     }
 }
 
-VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err)
+/* The n-th grid (from 0) whose name is the first `length` bytes of `name`. */
+static bool find_nth(const VolVdb *vdb, const char *name, size_t length, size_t n, size_t *index)
 {
-    const char *wanted = name ? name : "density";
+    for (size_t i = 0; i < vdb->count; i++) {
+        const char *own = vdb->grids[i].entry.name;
+        if (strlen(own) == length && memcmp(own, name, length) == 0 && n-- == 0) {
+            *index = i;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A grid by what users call it: its name to the letter, else as vol_vdb_label() has it. */
+static bool find_named(const VolVdb *vdb, const char *name, size_t *index)
+{
+    size_t length = strlen(name), n = 0;
+    if (find_nth(vdb, name, length, 0, index))
+        return true;
+    const char *bracket = strrchr(name, '[');
+    size_t digits = bracket ? strspn(bracket + 1, "0123456789") : 0;
+    if (digits && digits < 10 && strcmp(bracket + 1 + digits, "]") == 0) {
+        n = strtoul(bracket + 1, NULL, 10);
+        length = (size_t)(bracket - name);
+    }
+    if (length == 2 && memcmp(name, "''", 2) == 0)
+        length = 0;
+    return find_nth(vdb, name, length, n, index);
+}
+
+static bool find_only_scalar(const VolVdb *vdb, size_t *index)
+{
     size_t scalars = 0;
     for (size_t i = 0; i < vdb->count; i++)
-        if (strcmp(vdb->grids[i].entry.name, wanted) == 0) {
-            *index = i;
-            return VOL_OK;
-        }
-    for (size_t i = vdb->count; !name && i-- > 0;)
         if (vol_vdb_components(vol_vdb_value(&vdb->grids[i].entry)) == 1) {
             *index = i;
             scalars++;
         }
-    if (scalars == 1)
+    return scalars == 1;
+}
+
+VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err)
+{
+    if (name ? find_named(vdb, name, index)
+             : find_nth(vdb, "density", strlen("density"), 0, index) || find_only_scalar(vdb, index))
         return VOL_OK;
     char list[700];
     list_grids(vdb, list, sizeof list);
     if (name)
         return vol_fail(err, VOL_BAD_INPUT, "no grid '%s' in '%s': it holds %s", name, vdb->name, list);
-    return vol_fail(err, VOL_BAD_INPUT, "cannot choose a grid of '%s': it holds %s", vdb->name, list);
+    return vol_fail(err, VOL_BAD_INPUT, "cannot choose a grid of '%s': it holds %s; name one by --grid", vdb->name, list);
 }
 
 VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, VolError *err)

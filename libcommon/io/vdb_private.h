@@ -22,7 +22,6 @@ typedef struct VdbGrid {
     size_t parent;       /* index of the grid that holds the tree; its own where it is no instance */
     size_t tree;         /* byte where the tree begins; 0 where a transform of unknown kind hides it */
     size_t buffers;      /* byte where the buffers begin; 0 in files without offsets until walked */
-    char *map;           /* kind of transform */
 } VdbGrid;
 
 struct VolVdb {

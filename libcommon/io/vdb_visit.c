@@ -305,9 +305,10 @@ static VolStatus can_visit(const VolVdb *vdb, const VdbGrid *grid, VolError *err
     if (!vol_vdb_is_numeric(entry->type))
         return vol_fail(err, VOL_BAD_INPUT, "cannot read grid '%s' of '%s': its type %s is not one of numbers",
                         entry->name, vdb->name, entry->type);
-    if (!entry->transform_known || !vdb->grids[grid->parent].tree)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot read grid '%s' of '%s': its transform '%s' is not affine",
-                        entry->name, vdb->name, grid->map);
+    const VdbGrid *parent = &vdb->grids[grid->parent];
+    if (!parent->tree)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot read grid '%s' of '%s': its transform '%s' is of an unknown kind",
+                        entry->name, vdb->name, parent->entry.map);
     return VOL_OK;
 }
 

@@ -152,7 +152,7 @@ VolStatus vol_vdb_pass_grid(VolVdbWriter *writer, const VolVdb *from, size_t ind
     vol_vdb_tree_free(&checked);
     if (!status && is_instance && (!parent->tree || !grid->tree))
         status = vol_fail(err, VOL_BAD_INPUT, "cannot carry grid '%s' of '%s': unknown kind of transform '%s'",
-                          entry->name, from->name, parent->tree ? grid->map : parent->map);
+                          entry->name, from->name, parent->tree ? grid->entry.map : parent->entry.map);
     if (status)
         return status;
 

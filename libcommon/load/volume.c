@@ -22,6 +22,8 @@ static VolStatus settle_domain(Loading *loading, const VolVdbGridInfo *info, Vol
     memcpy(source->box_min, info->box_min, sizeof source->box_min);
     memcpy(source->box_max, info->box_max, sizeof source->box_max);
     source->empty = info->empty;
+    for (int a = 0; a < 3 && info->empty; a++)
+        source->box_min[a] = source->box_max[a] = 0; /* nowhere: a camera must look somewhere */
     if (!source->box)
         return VOL_OK;
     const VolVdbMeta *lo = vol_meta_find(meta, "vol:domainMin"), *hi = vol_meta_find(meta, "vol:domainMax");
@@ -38,8 +40,6 @@ static VolStatus settle_domain(Loading *loading, const VolVdbGridInfo *info, Vol
 static VolStatus begin(void *user, const VolVdbGridInfo *info, VolError *err)
 {
     Loading *loading = user;
-    if (info->empty)
-        return vol_fail(err, VOL_BAD_INPUT, "it has no active voxels");
     loading->source.index_to_world = info->index_to_world;
     loading->source.background = info->background[0];
     loading->source.level_set = info->level_set;
@@ -70,6 +70,23 @@ static VolStatus leaf_double(void *user, const int32_t origin[3], const double *
 static VolStatus tile(void *user, const int32_t origin[3], int32_t size, const double value[3], bool active, VolError *err)
 {
     return vol_grid_tile(((Loading *)user)->builder, origin, size, value[0], active, err);
+}
+
+/* What is seen is not all, or nothing: say so. */
+static void warn_of_grid(const VolVdb *vdb, size_t index, bool by_number, const VolGrid *grid, const VolLog *log)
+{
+    char label[VOL_VDB_LABEL];
+    const char *name = vol_vdb_entry(vdb, index)->name;
+    size_t namesakes = vol_vdb_namesakes(vdb, index);
+    vol_vdb_label(vdb, index, label, sizeof label);
+    if (namesakes > 1 && !by_number)
+        vol_warn(log, "there are %zu grids named '%s'; the first is taken (the second is --grid '%s[1]')", namesakes, name,
+                 name);
+    if (grid->empty)
+        vol_warn(log, "grid '%s' is empty: it has no active voxels", label);
+    if (grid->bad_voxels)
+        vol_warn(log, "grid '%s': %" PRIu64 " voxels are NaN or infinite; the cells around them are left empty", label,
+                 grid->bad_voxels);
 }
 
 static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
@@ -119,10 +136,11 @@ VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_do
         *out = NULL;
         status = load_entry(vdb, index, true, threads, out, err);
     }
-    if (status)
-        return vol_fail_within(err, status, "grid '%s'", entry->name);
-    if ((*out)->bad_voxels)
-        vol_warn(log, "grid '%s': %" PRIu64 " voxels are NaN or infinite; the cells around them are left empty",
-                 entry->name, (*out)->bad_voxels);
+    if (status) {
+        char label[VOL_VDB_LABEL];
+        vol_vdb_label(vdb, index, label, sizeof label);
+        return vol_fail_within(err, status, "grid '%s'", label);
+    }
+    warn_of_grid(vdb, index, grid_name && strcmp(grid_name, entry->name) != 0, *out, log);
     return VOL_OK;
 }

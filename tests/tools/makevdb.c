@@ -2,12 +2,13 @@
  *
  *     makevdb [--name NAME] [--type float|double|half|int32|vec3s] [--dims X,Y,Z] [--origin I,J,K] [--voxel H]
  *             [--map M00,..,M32] [--background B] [--sparse] [--empty] [--field FIELD] [--poke I,J,K,V]...
- *             [--text KEY=VALUE] [--also ...]
+ *             [--text KEY=VALUE] [--frustum] [--also ...]
  *
  * --map: twelve numbers, world = (i, j, k, 1) M by rows.  --field: const:V, linear:A,B,C,D (A x + B y + C z + D in world
  * space), tent:Z,A,B (A x + B |z - Z|), bowl:X,Y,Z (squared distance to a point), gauss:X,Y,Z,S (exp(-r^2 / 2 S^2)),
  * waves (smooth, in [0, 1]), noise:SEED (independent voxels in [0, 1)), nan.  --poke sets one voxel.
- * --also begins another grid, which starts from the same settings. */
+ * --also begins another grid, which starts from the same settings.  --frustum: the last grid's transform becomes the second
+ * half of a camera's frustum, as other programs write them. */
 #include <stdint.h>
 
 #include "base/fmath.h"
@@ -198,8 +199,41 @@ static void set_text(VolVdbWriter *writer, const char *text)
     must(vol_meta_set_text(vol_vdb_writer_file_meta(writer), key, equals + 1, &err), &err);
 }
 
+/* A frustum's map stands before the one that is there: kind, box, taper, depth. */
+static void make_frustum(VolBytes *bytes)
+{
+    enum { KIND = 4 + 19, NUMBERS = 8 * 8, MORE = KIND + NUMBERS };
+    static const double numbers[8] = {0, 0, 0, 8, 8, 8, 2, 3};
+    static const char kind[] = "\x13\0\0\0NonlinearFrustumMap";
+    VolError err = {""};
+    VolVdb *vdb = NULL;
+    VolBytes copy = {malloc(bytes->size), bytes->size, false};
+    unsigned char *longer = malloc(bytes->size + MORE);
+    if (!copy.data || !longer)
+        die("out of memory");
+    memcpy(copy.data, bytes->data, bytes->size);
+    must(vol_vdb_open(copy, "itself", &vdb, &err), &err);
+    const VolVdbEntry *last = vol_vdb_entry(vdb, vol_vdb_count(vdb) - 1);
+    size_t place = last->map_offset - strlen(last->map) - 4;
+    memcpy(longer, bytes->data, place);
+    memcpy(longer + place, kind, KIND);
+    memcpy(longer + place + KIND, numbers, NUMBERS);
+    memcpy(longer + place + MORE, bytes->data + place, bytes->size - place);
+    for (size_t back = 16; back >= 8; back -= 8) { /* where buffers begin, where the grid ends */
+        uint64_t offset;
+        memcpy(&offset, longer + last->offset - back, sizeof offset);
+        offset += MORE;
+        memcpy(longer + last->offset - back, &offset, sizeof offset);
+    }
+    vol_vdb_close(vdb);
+    size_t size = bytes->size + MORE;
+    vol_bytes_free(bytes);
+    *bytes = (VolBytes){longer, size, false};
+}
+
 int main(int argc, char **argv)
 {
+    bool frustum = false;
     VolError err = {""};
     VolVdbWriter *writer = NULL;
     must(vol_vdb_writer_new(VOL_COMPRESS_BLOSC, &writer, &err), &err);
@@ -212,6 +246,9 @@ int main(int argc, char **argv)
             continue;
         } else if (strcmp(option, "--empty") == 0) {
             spec.empty = true;
+            continue;
+        } else if (strcmp(option, "--frustum") == 0) {
+            frustum = true;
             continue;
         } else if (strcmp(option, "--also") == 0) {
             put_grid(writer, &spec);
@@ -250,6 +287,8 @@ int main(int argc, char **argv)
     put_grid(writer, &spec);
     VolBytes bytes = {0};
     must(vol_vdb_finish(writer, &bytes, &err), &err);
+    if (frustum)
+        make_frustum(&bytes);
     if (fwrite(bytes.data, 1, bytes.size, stdout) != bytes.size || fflush(stdout))
         die("cannot write");
     vol_bytes_free(&bytes);

@@ -566,7 +566,31 @@ static void test_finding_grids(void)
     bytes = finish(writer);
     vdb = open_copy(&bytes);
     CHECK(vol_vdb_find(vdb, NULL, &index, &err) == VOL_BAD_INPUT);
-    CHECK_TEXT(err.text, "cannot choose a grid of 'test': it holds a (float as half), b (double)");
+    CHECK_TEXT(err.text, "cannot choose a grid of 'test': it holds a (float as half), b (double); name one by --grid");
+    vol_vdb_close(vdb);
+    vol_bytes_free(&bytes);
+}
+
+/* Unnamed grids are ''; a name that looks like a number of another is a name all the same. */
+static void test_odd_names(void)
+{
+    VolVdbWriter *writer = new_writer(VOL_COMPRESS_BLOSC);
+    put_small(writer, "", VOL_STORE_FLOAT, 1);
+    put_small(writer, "a", VOL_STORE_FLOAT, 2);
+    put_small(writer, "a[1]", VOL_STORE_FLOAT, 3);
+    put_small(writer, "a", VOL_STORE_FLOAT, 4);
+    put_small(writer, "", VOL_STORE_FLOAT, 5);
+    VolBytes bytes = finish(writer);
+    VolVdb *vdb = open_copy(&bytes);
+    size_t index = 99;
+    const struct {
+        const char *name;
+        size_t index;
+    } rows[] = {{"", 0}, {"''", 0}, {"''[1]", 4}, {"[1]", 4}, {"a", 1}, {"a[1]", 2}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
+        CHECK(vol_vdb_find(vdb, rows[i].name, &index, &err) == VOL_OK && index == rows[i].index);
+    CHECK(vol_vdb_find(vdb, "b", &index, &err) == VOL_BAD_INPUT);
+    CHECK(strstr(err.text, "it holds '' (float), a (float), a[1] (float), a[1] (float), ''[1] (float)"));
     vol_vdb_close(vdb);
     vol_bytes_free(&bytes);
 }
@@ -585,6 +609,15 @@ static void test_duplicate_names(void)
     CHECK_TEXT(vol_vdb_entry(vdb, 2)->unique_name, "density\x1e""1");
     CHECK_TEXT(vol_vdb_entry(vdb, 2)->name, "density");
     CHECK(vol_vdb_find(vdb, NULL, &index, &err) == VOL_OK && index == 0);
+    CHECK(vol_vdb_find(vdb, "density[0]", &index, &err) == VOL_OK && index == 0);
+    CHECK(vol_vdb_find(vdb, "density[1]", &index, &err) == VOL_OK && index == 2);
+    CHECK(vol_vdb_find(vdb, "other[0]", &index, &err) == VOL_OK && index == 1);
+    CHECK(vol_vdb_find(vdb, "density[2]", &index, &err) == VOL_BAD_INPUT);
+    CHECK_TEXT(err.text, "no grid 'density[2]' in 'test': it holds density (float), other (float), density[1] (float)");
+    for (const char *const *wrong = (const char *const[]){"density[]", "density[1", "[1]", "density[-1]", "density[x]", "", NULL};
+         *wrong; wrong++)
+        CHECK(vol_vdb_find(vdb, *wrong, &index, &err) == VOL_BAD_INPUT);
+    CHECK(vol_vdb_namesakes(vdb, 2) == 2 && vol_vdb_namesakes(vdb, 1) == 1);
     CHECK(value_of(vdb, 0) == 1 && value_of(vdb, 2) == 3);
 
     writer = new_writer(VOL_COMPRESS_BLOSC); /* one of them, together with a new one of its name */
@@ -906,7 +939,7 @@ static void test_maps_that_are_not_affine(void)
     VolVdb *vdb = open_copy(&bytes);
     CHECK(!vol_vdb_entry(vdb, 0)->transform_known);
     CHECK(vol_vdb_visit(vdb, 0, &ignoring, NULL, &err) == VOL_BAD_INPUT);
-    CHECK_TEXT(err.text, "cannot read grid 'density' of 'test': its transform 'SomebodysOwnMap' is not affine");
+    CHECK_TEXT(err.text, "cannot read grid 'density' of 'test': its transform 'SomebodysOwnMap' is of an unknown kind");
     VolBytes passed = pass_all(vdb);
     CHECK(passed.size == bytes.size && memcmp(passed.data + 57, bytes.data + 57, bytes.size - 57) == 0);
     vol_vdb_close(vdb);
@@ -1125,6 +1158,7 @@ int main(void)
     RUN(test_metadata_lists);
     RUN(test_finding_grids);
     RUN(test_duplicate_names);
+    RUN(test_odd_names);
     RUN(test_passing_is_exact);
     RUN(test_same_grids_same_bytes);
     RUN(test_a_stream_of_openvdb);
