@@ -9,15 +9,14 @@
 #include "cmd/shell/program.h"
 #include "cmd/shell/stamp.h"
 #include "inspect/tf_plot.h"
-#include "load/tables.h"
+#include "load/look.h"
 #include "load/volume.h"
-#include "tf/foreign.h"
 #include "tf/write.h"
 
 typedef struct Options {
     int64_t size, octaves;
     const char *range, *part, *plot, *volume, *grid;
-    double step;
+    VolLen step;
 } Options;
 
 static Options options;
@@ -26,7 +25,7 @@ static Options options;
 static const VolOpt table[] = {
     {0, "size", VOL_OPT_INT, AT(size), "N", "256", "nodes along each axis"},
     {0, "range", VOL_OPT_TEXT, AT(range), "LO,HI", NULL, "values of the first and last node (the nodes' own)"},
-    {0, "step", VOL_OPT_REAL, AT(step), "LEN", NULL, "length of the segments, world units (particle_step)"},
+    {0, "step", VOL_OPT_WORLD_LENGTH, AT(step), "LEN", NULL, "length of the segments: 2 (world units), 1v (particle_step)"},
     {0, "part", VOL_OPT_TEXT, AT(part), "LIST", "tf,integrals,full", "what to write"},
     {0, "octaves", VOL_OPT_INT, AT(octaves), "N", "1", "full tables for LEN, 2 LEN, 4 LEN, ..: how many"},
     {0, "plot", VOL_OPT_TEXT, AT(plot), "FILE.png", NULL, "draw the functions (on a terminal: instead of tables)"},
@@ -80,11 +79,13 @@ static VolStatus parse_options(const Run *run, unsigned *parts, VolPreintOptions
         return vol_fail(err, VOL_USAGE, "--size wants 2 to %" PRId64 "%s", most, full ? " for the full table" : "");
     if (options.octaves < 1 || options.octaves > 16)
         return vol_fail(err, VOL_USAGE, "--octaves wants 1 to 16");
-    if (run_given(run, "step") && !(options.step > 0))
+    if (run_given(run, "step") && !(options.step.value > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
+    if (options.step.voxels && !options.volume)
+        return vol_fail(err, VOL_USAGE, "--step in voxels: of which volume, --volume must say");
     if (options.range && (vol_parse_reals(options.range, range, 2, 2) != 2 || !(range[0] < range[1])))
         return vol_fail(err, VOL_USAGE, "--range '%s': want LO,HI with LO below HI", options.range);
-    *out = (VolPreintOptions){.lo = range[0], .hi = range[1], .n = (size_t)options.size, .step = options.step,
+    *out = (VolPreintOptions){.lo = range[0], .hi = range[1], .n = (size_t)options.size, .step = options.step.value,
                               .octaves = full ? (size_t)options.octaves : 0, .change = INFINITY, .threads = run->threads,
                               .cpu = run->cpu};
     return VOL_OK;
@@ -95,11 +96,14 @@ static VolStatus parse_options(const Run *run, unsigned *parts, VolPreintOptions
 static VolStatus inspect_volume(Job *job, const VolVdb *vdb, size_t size, VolError *err)
 {
     size_t index;
+    char label[VOL_VDB_LABEL] = "";
     VolStatus status = vol_vdb_find(vdb, options.grid, &index, err);
+    if (!status)
+        vol_vdb_label(vdb, index, label, sizeof label);
     if (!status)
         status = vol_inspect_vdb(vdb, size, false, &job->inspection, err);
     for (size_t i = 0; !status && !job->data && i < job->inspection.series_count; i++)
-        if (strcmp(job->inspection.series[i].name, vol_vdb_entry(vdb, index)->name) == 0)
+        if (strcmp(job->inspection.series[i].name, label) == 0)
             job->data = &job->inspection.series[i];
     return status;
 }
@@ -130,7 +134,7 @@ static VolStatus load_volume(Job *job, VolError *err)
 /* ---- The transfer function ---- */
 
 /* Our own file as it is; another program's as we would write it, its fractions stretched over the data. */
-static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, bool relative, const VolTables *tables,
+static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, VolTfUnits units, const VolTables *tables,
                              VolError *err)
 {
     VolTf own;
@@ -143,10 +147,15 @@ static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, bool re
         job->json = vol_format_text("%.*s", (int)bytes->size, (const char *)bytes->data);
         return job->json ? VOL_OK : vol_fail_memory(err, bytes->size);
     }
-    if (relative && !job->data)
+    if (units.relative && !job->grid)
         return vol_fail(err, VOL_USAGE, "its values are fractions of the data's range: name the data by --volume");
-    if (relative)
-        vol_tf_rescale(tf, job->data->min, job->data->max);
+    if (job->grid) {
+        vol_look_settle(tf, units, job->grid, &job->run->log);
+    } else if (units.step != VOL_STEP_WORLD) {
+        vol_warn(&job->run->log, "its opacities hold for a length that depends on the volume (--volume): %s",
+                 "taken for 1 world unit");
+        tf->particle_step = 1;
+    }
     return vol_tf_write(tf, &job->json, err);
 }
 
@@ -157,17 +166,17 @@ static VolStatus load_tf(Job *job, VolError *err)
     VolBytes bytes;
     VolTf tf;
     VolTables *tables = NULL;
-    bool relative;
+    VolTfUnits units;
     VolStatus status = vol_tf_split_name(word, strcmp(word, "-") == 0 || access(word, F_OK) == 0, &file, &part, err);
     if (status)
         return status;
     status = run_read(job->run, file, &bytes, err);
     if (!status) {
         add_digest(job, &bytes);
-        status = vol_load_transfer_function(&bytes, vol_input_name(file), part, &job->run->log, &tf, &relative, &tables,
+        status = vol_load_transfer_function(&bytes, vol_input_name(file), part, &job->run->log, &tf, &units, &tables,
                                             err);
         if (!status) {
-            status = settle_text(job, &bytes, &tf, relative, tables, err);
+            status = settle_text(job, &bytes, &tf, units, tables, err);
             if (status)
                 vol_fail_within(err, status, "cannot use transfer function '%s'", vol_input_name(file));
             vol_tf_free(&tf);
@@ -228,6 +237,8 @@ static VolStatus make(Job *job, unsigned parts, bool tables_wanted, VolPreintOpt
     const char *name = vol_input_name(run_input(job->run));
     if (!tables_wanted)
         build.octaves = 0;
+    if (options.step.voxels)
+        build.step *= job->grid->voxel;
     if (job->grid && build.octaves) { /* the step may be the transfer function's own */
         VolTf tf;
         VolBytes text = {(unsigned char *)job->json, strlen(job->json), false};

@@ -26,7 +26,8 @@ typedef struct Options {
     int estimator, depth, integrator;
     bool precise, skip;
     VolLen step;
-    double particle_step, scalar_step, fov, ortho;
+    VolLen particle_step;
+    double scalar_step, fov, ortho;
     VolSize2 size;
     VolCrop crop;
     VolVec3 eye, look_at, up;
@@ -47,7 +48,8 @@ static const VolOpt table[] = {
     {0, "integrator", VOL_OPT_CHOICE, AT(integrator), NULL, "march", "how light is found", "march"},
     {0, "step", VOL_OPT_LENGTH, AT(step), "LEN", "1v", "step of estimators that march: 0.5v (voxels), 0.1w (world units)"},
     {0, "precise", VOL_OPT_FLAG, AT(precise), NULL, NULL, "in double precision"},
-    {0, "particle-step", VOL_OPT_REAL, AT(particle_step), "LEN", NULL, "overrides the file's particle_step, world units"},
+    {0, "particle-step", VOL_OPT_WORLD_LENGTH, AT(particle_step), "LEN", NULL,
+     "overrides the file's particle_step: 2 (world units), 1v (voxels)"},
     {0, "scalar-step", VOL_OPT_REAL, AT(scalar_step), "DV", NULL, "overrides the file's scalar_step, units of the field"},
     {0, "size", VOL_OPT_SIZE, AT(size), "WxH", "512x512", "size of the picture in pixels"},
     {0, "eye", VOL_OPT_VEC3, AT(eye), "X,Y,Z", NULL, "where the camera is (from +z, all in view)"},
@@ -86,6 +88,7 @@ typedef struct Job {
     VolFrame frame;
     uint64_t digests[3][2]; /* of the volume, the transfer function and the background */
     size_t digest_count;
+    bool told_why; /* a warning has given the reason for a picture of nothing */
     char *prior_history;
 } Job;
 
@@ -114,19 +117,25 @@ static VolStatus read_look(Job *job, VolError *err)
     return status;
 }
 
+static double world_length(const Job *job, VolLen length)
+{
+    return length.value * (length.voxels ? job->grid->voxel : 1);
+}
+
 /* Fits it to the volume. */
 static VolStatus fit_look(Job *job, VolError *err)
 {
     VolScene *scene = &job->scene;
-    if (run_given(job->run, "particle-step") && !(options.particle_step > 0))
+    if (run_given(job->run, "particle-step") && !(options.particle_step.value > 0))
         return vol_fail(err, VOL_USAGE, "--particle-step wants a length above 0");
     if (run_given(job->run, "scalar-step") && !(options.scalar_step > 0))
         return vol_fail(err, VOL_USAGE, "--scalar-step wants a value above 0");
     scene->estimator = (VolEstimator)options.estimator;
-    scene->step = options.step.value * (options.step.voxels ? job->grid->voxel : 1);
+    scene->step = world_length(job, options.step);
     if (!(scene->step > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
-    VolLookSettings settings = {.particle_step = options.particle_step, .scalar_step = options.scalar_step,
+    VolLookSettings settings = {.particle_step = world_length(job, options.particle_step),
+                                .scalar_step = options.scalar_step,
                                 .full = scene->estimator == VOL_ESTIMATE_FULL,
                                 .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS, .step = scene->step,
                                 .nodes = TABLE_NODES, .threads = job->run->threads, .cpu = job->run->cpu};
@@ -258,7 +267,8 @@ static VolStatus set_camera(Job *job, VolError *err)
             .fov_degrees = options.fov, .ortho_height = options.ortho};
         status = vol_camera_set(&settings, job->grid, &job->camera, err);
     }
-    if (!status && vol_camera_behind(&job->camera, job->grid))
+    job->told_why = !status && vol_camera_behind(&job->camera, job->grid);
+    if (job->told_why)
         vol_warn(&run->log, "the volume lies behind the camera");
     return status;
 }
@@ -306,18 +316,62 @@ static VolStatus set_backdrop(Job *job, VolError *err)
     return VOL_OK;
 }
 
+/* Values of another magnitude than the nodes': a transfer function for numbers from 0 to 1 on those of a scanner. */
+static bool far_apart(double lo, double hi, double from, double to)
+{
+    enum { FAR = 200 };
+    return from < to && fmax(fabs(lo), fabs(hi)) >= FAR * fmax(fabs(from), fabs(to));
+}
+
 /* Black pictures have reasons: say the one we know. */
-static void warn_of_nothing(const Job *job)
+static void warn_of_nothing(Job *job)
 {
     const VolTfCompiled *tf = job->scene.tf;
-    double lo, hi, unit = job->scene.unit;
-    if (!vol_grid_range(job->grid, &lo, &hi))
-        vol_warn(&job->run->log, "no finite voxel in the grid: nothing to see");
-    else if (!vol_tf_range_visible(tf, lo, hi))
-        vol_warn(&job->run->log, "the transfer function shows nothing in the data's range %g to %g", lo * unit, hi * unit);
-    else if (tf->node_min <= tf->node_max && (tf->node_min > hi || tf->node_max < lo))
-        vol_warn(&job->run->log, "the transfer function's nodes, %g to %g, lie beyond the data's range %g to %g",
-                 tf->node_min * unit, tf->node_max * unit, lo * unit, hi * unit);
+    const VolLog *log = &job->run->log;
+    double lo, hi, from = INFINITY, to = -INFINITY;
+    const double unit = job->scene.unit;
+    bool varies = vol_look_varies(tf, &from, &to) || tf->delta_count > 0;
+    if (tf->delta_count > 0) {
+        from = fmin(from, tf->deltas[0].value);
+        to = fmax(to, tf->deltas[tf->delta_count - 1].value);
+    }
+    bool any = vol_grid_range(job->grid, &lo, &hi), shown = any && vol_tf_range_visible(tf, lo, hi);
+    lo *= unit, hi *= unit, from *= unit, to *= unit;
+    if (job->grid->empty)
+        job->told_why = true; /* when it was loaded */
+    else if (!any)
+        vol_warn(log, "no finite voxel in the grid: nothing to see");
+    else if (!shown)
+        vol_warn(log, "the transfer function shows nothing in the data's range %g to %g", lo, hi);
+    else if (varies && (from > hi || to < lo))
+        vol_warn(log, "the transfer function's nodes, %g to %g, lie beyond the data's range %g to %g", from, to, lo, hi);
+    else if (varies && !tf->delta_count && far_apart(lo, hi, from, to))
+        vol_warn(log, "the data's values, %g to %g, lie far outside the transfer function's nodes, %g to %g: %s", lo, hi,
+                 from, to, "is it for other data?");
+    else
+        return;
+    job->told_why = true;
+}
+
+/* Fainter than this, nothing is seen on most screens. */
+#define FAINT 0.02
+
+/* Almost black ones, too, when all of the frame has been rendered. */
+static void warn_of_faintness(const Job *job, const VolFrameCounts *counts)
+{
+    const VolTfCompiled *tf = job->scene.tf;
+    const VolLog *log = &job->run->log;
+    const char *faint = "the picture is nearly empty: nothing is brighter or more opaque";
+    double step = job->look.tf.particle_step;
+    if (job->told_why || counts->strongest >= FAINT)
+        return;
+    if (!(counts->strongest > 0))
+        vol_warn(log, "the picture is empty: no ray meets anything that the transfer function shows");
+    else if (tf->has_scatter || tf->has_absorb || tf->has_emit)
+        vol_warn(log, "%s than %.2g; opacities hold for %g world units, %.3g voxels (--particle-step)", faint,
+                 counts->strongest, step, step / job->grid->voxel);
+    else
+        vol_warn(log, "%s than %.2g", faint, counts->strongest);
 }
 
 static VolStatus set_scene(Job *job, VolError *err)
@@ -437,6 +491,8 @@ static VolStatus render(Job *job, VolError *err)
                               (void *)job->run, vol_film_put, &film, &counts, err);
     vol_stats_stage(job->run->stats, "render");
     count_work(job, &counts);
+    if (!status && crop.width == options.size.width && crop.height == options.size.height)
+        warn_of_faintness(job, &counts);
     if (!status)
         status = write_image(job, &image, err);
     vol_image_free(&image);

@@ -24,7 +24,8 @@ typedef enum VolOptKind {
     VOL_OPT_RGB,    /* VolVec3: R,G,B finite */
     VOL_OPT_SIZE,   /* VolSize2: WxH, both at least 1 */
     VOL_OPT_CROP,   /* VolCrop: WxH+X+Y */
-    VOL_OPT_LENGTH  /* VolLen: 0.5v, 0.1w; a bare number is refused (it does not say of what) */
+    VOL_OPT_LENGTH, /* VolLen: 0.5v, 0.1w; a bare number is refused (it does not say of what) */
+    VOL_OPT_WORLD_LENGTH /* the same, but a bare number is world units: for what is a key of a file, which has these */
 } VolOptKind;
 
 typedef struct VolTextList {

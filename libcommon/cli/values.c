@@ -35,10 +35,13 @@ static bool parse_crop(const char *text, VolCrop *out)
     return true;
 }
 
-static bool parse_length(const char *text, VolLen *out)
+static bool parse_length(const char *text, bool bare_is_world, VolLen *out)
 {
     char number[512];
     size_t length = strlen(text);
+    out->voxels = false;
+    if (bare_is_world && vol_parse_real(text, &out->value))
+        return out->value >= 0;
     if (length < 2 || length > sizeof number || (text[length - 1] != 'v' && text[length - 1] != 'w'))
         return false;
     memcpy(number, text, length - 1);
@@ -67,6 +70,7 @@ static size_t field_size(VolOptKind kind)
         [VOL_OPT_TEXT] = sizeof(const char *), [VOL_OPT_CHOICE] = sizeof(int),    [VOL_OPT_LIST] = sizeof(VolTextList),
         [VOL_OPT_VEC3] = sizeof(VolVec3),      [VOL_OPT_RGB] = sizeof(VolVec3),   [VOL_OPT_SIZE] = sizeof(VolSize2),
         [VOL_OPT_CROP] = sizeof(VolCrop),      [VOL_OPT_LENGTH] = sizeof(VolLen),
+        [VOL_OPT_WORLD_LENGTH] = sizeof(VolLen),
     };
     return sizes[kind];
 }
@@ -117,9 +121,13 @@ VolStatus vol_store_value(VolArena **arena, const VolOpt *option, void *options,
     case VOL_OPT_CROP:
         return parse_crop(text, field) ? VOL_OK : bad_value(option, text, "WxH+X+Y is needed, W and H at least 1", err);
     case VOL_OPT_LENGTH:
-        return parse_length(text, field)
+        return parse_length(text, false, field)
                    ? VOL_OK
                    : bad_value(option, text, "a length with its unit is needed: 0.5v (voxels) or 0.5w (world units)", err);
+    case VOL_OPT_WORLD_LENGTH:
+        return parse_length(text, true, field)
+                   ? VOL_OK
+                   : bad_value(option, text, "a length is needed: 0.5v (voxels), 0.5w or 0.5 (world units)", err);
     }
     abort(); /* a kind that is not in the enumeration */
 }

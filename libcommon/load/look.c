@@ -2,14 +2,15 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "tf/foreign.h"
+#include "load/volume.h"
 
 VolStatus vol_look_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log, VolLook *out,
                         VolError *err)
 {
     *out = (VolLook){0};
-    return vol_load_transfer_function(bytes, name, part, log, &out->tf, &out->relative, &out->tables, err);
+    return vol_load_transfer_function(bytes, name, part, log, &out->tf, &out->units, &out->tables, err);
 }
 
 static bool changes_steps(const VolLook *look, const VolLookSettings *settings)
@@ -25,6 +26,18 @@ static VolStatus make_tables(VolLook *look, const VolGrid *grid, const VolLookSe
                                 .cpu = settings->cpu, .change = vol_volume_change(grid, settings->step)};
     vol_preint_default_range(&look->compiled, &options.lo, &options.hi);
     return vol_preint_build(&look->compiled, &options, &look->preint, err);
+}
+
+void vol_look_settle(VolTf *tf, VolTfUnits units, const VolGrid *grid, const VolLog *log)
+{
+    double lo, hi;
+    if (units.relative && vol_grid_range(grid, &lo, &hi))
+        vol_tf_rescale(tf, lo, hi);
+    if (units.step == VOL_STEP_WORLD)
+        return;
+    tf->particle_step *= vol_volume_step(grid, units.step);
+    vol_note(log, "the transfer function's program has its opacities hold for %.6g world units of this volume",
+             tf->particle_step);
 }
 
 /* Takes a transfer function whose nodes lie far from 1, and the field with it, to units in which kernels count well. */
@@ -56,9 +69,8 @@ VolStatus vol_look_fit(VolLook *look, VolGrid *grid, const VolLookSettings *sett
         look->tables = NULL;
     }
     if (!look->tables) {
-        double lo, hi;
-        if (look->relative && vol_grid_range(grid, &lo, &hi))
-            vol_tf_rescale(&look->tf, lo, hi);
+        vol_look_settle(&look->tf, look->units, grid, log);
+        look->units = (VolTfUnits){0};
         if (settings->particle_step > 0)
             look->tf.particle_step = settings->particle_step;
         if (settings->scalar_step > 0)
@@ -78,6 +90,37 @@ VolStatus vol_look_fit(VolLook *look, VolGrid *grid, const VolLookSettings *sett
         look->has_integrals = !status;
     }
     return status;
+}
+
+/* The linear functions of an interval, side by side in it. */
+enum { FUNCTIONS = (offsetof(VolTfInterval, has_scatter) - offsetof(VolTfInterval, scatter)) / sizeof(VolLinear) };
+
+static bool is_level(const VolTfInterval *interval)
+{
+    const VolLinear *f = &interval->scatter;
+    for (size_t i = 0; i < FUNCTIONS; i++)
+        if (f[i].b != 0)
+            return false;
+    return true;
+}
+
+static bool joins_level(const VolTfInterval *a, const VolTfInterval *b)
+{
+    return is_level(a) && is_level(b) && memcmp(&a->scatter, &b->scatter, FUNCTIONS * sizeof(VolLinear)) == 0;
+}
+
+bool vol_look_varies(const VolTfCompiled *tf, double *from, double *to)
+{
+    size_t first = 0, last = tf->knot_count;
+    while (first < last && joins_level(&tf->intervals[first], &tf->intervals[first + 1]))
+        first++;
+    while (last > first && joins_level(&tf->intervals[last - 1], &tf->intervals[last]))
+        last--;
+    if (first == last)
+        return false;
+    *from = tf->knots[first];
+    *to = tf->knots[last - 1];
+    return true;
 }
 
 const VolTfCompiled *vol_look_compiled(const VolLook *look)

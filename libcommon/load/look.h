@@ -10,7 +10,7 @@
 typedef struct VolLook {
     VolTf tf;
     VolTables *tables; /* as read, or NULL */
-    bool relative;     /* tf's values are fractions of the data's range */
+    VolTfUnits units;  /* what tf leaves to the volume */
 
     /* After vol_look_fit: */
     VolTfCompiled compiled;
@@ -33,11 +33,18 @@ typedef struct VolLookSettings {
 VolStatus vol_look_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log, VolLook *out,
                         VolError *err);
 
-/* Stretches relative values over the grid's range, applies the settings, compiles, and makes the tables: those that were
- * read are used as they are unless a setting changes what they hold (a note then says that they are made anew).  Where the
- * nodes lie far from 1, the grid and everything here are taken to other units. */
+/* Settles what a transfer function left to the volume: relative values are stretched over the grid's range, and
+ * particle_step becomes world units. */
+void vol_look_settle(VolTf *tf, VolTfUnits units, const VolGrid *grid, const VolLog *log);
+
+/* Settles, applies the settings, compiles, and makes the tables: those that were read are used as they are unless a setting
+ * changes what they hold (a note then says that they are made anew).  Where the nodes lie far from 1, the grid and
+ * everything here are taken to other units. */
 VolStatus vol_look_fit(VolLook *look, VolGrid *grid, const VolLookSettings *settings, const VolLog *log, VolError *err);
 void vol_look_free(VolLook *look);
+
+/* Between which values anything changes, isosurfaces left out: beyond, all is as at the ends.  False: nothing does. */
+bool vol_look_varies(const VolTfCompiled *tf, double *from, double *to);
 
 /* The transfer function and the tables in force. */
 const VolTfCompiled *vol_look_compiled(const VolLook *look);

@@ -7,6 +7,7 @@
 #include "base/log.h"
 #include "grid/grid.h"
 #include "io/exr.h"
+#include "tf/foreign.h"
 #include "tf/preint.h"
 
 typedef struct VolTables {
@@ -33,10 +34,9 @@ VolStatus vol_tables_from_image(const VolImage *image, const char *name, const V
                                 VolError *err);
 
 /* A transfer function of any kind: our JSON, other programs' files (`part` names one of several, or NULL), or
- * tables, for which *tables is not NULL and `tf` what they were made from.  *relative: values are fractions of the
- * data's range, see vol_tf_rescale. */
+ * tables, for which *tables is not NULL and `tf` what they were made from. */
 VolStatus vol_load_transfer_function(const VolBytes *bytes, const char *name, const char *part, const VolLog *log,
-                                     VolTf *tf, bool *relative, VolTables **tables, VolError *err);
+                                     VolTf *tf, VolTfUnits *units, VolTables **tables, VolError *err);
 
 /* A bound of the change of the value along any straight line of this length (world units) in the domain: the largest
  * differences between neighbouring voxels along each axis, times the cells passed along it; at most the values'

@@ -7,7 +7,6 @@
 #include "base/number.h"
 #include "io/in.h"
 #include "load/tables_private.h"
-#include "tf/foreign.h"
 
 static const VolPart *find_part(const VolImage *image, const char *name)
 {
@@ -253,11 +252,11 @@ static VolStatus read_tables_file(const VolBytes *bytes, const char *name, const
 }
 
 VolStatus vol_load_transfer_function(const VolBytes *bytes, const char *name, const char *part, const VolLog *log,
-                                     VolTf *tf, bool *relative, VolTables **tables, VolError *err)
+                                     VolTf *tf, VolTfUnits *units, VolTables **tables, VolError *err)
 {
     *tables = NULL;
-    *relative = false;
+    *units = (VolTfUnits){0};
     if (vol_kind(bytes) == VOL_KIND_EXR)
         return read_tables_file(bytes, name, log, tf, tables, err);
-    return vol_tf_read(bytes, name, part, tf, relative, log, err);
+    return vol_tf_read(bytes, name, part, tf, units, log, err);
 }

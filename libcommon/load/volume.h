@@ -6,11 +6,16 @@
 #include "base/status.h"
 #include "grid/grid.h"
 #include "io/vdb.h"
+#include "tf/foreign.h"
 
 /* `grid_name` NULL: "density", else the only scalar grid.  `keep_double`: values that float cannot hold (double and
- * integer grids) are kept in double.  Not scalar, empty, singular transform: VOL_BAD_INPUT.  Voxels that are NaN or
- * infinite: one warning with their number.  What comes out does not depend on `threads`. */
+ * integer grids) are kept in double.  Not scalar, singular transform: VOL_BAD_INPUT.  Nothing active, several grids
+ * of that name, voxels that are NaN or infinite: a warning each.  What comes out does not depend on `threads`. */
 VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
                           VolGrid **out, VolError *err);
+
+/* The world length of one step of the unit, as other programs have it (pellucid-files(5)).  Where it depends on the
+ * direction - voxels or volumes that are not cubes - that of the cube of the same size. */
+double vol_volume_step(const VolGrid *grid, VolStepUnit unit);
 
 #endif

@@ -18,6 +18,14 @@ static void backdrop_at(const VolFrame *frame, int64_t x, int64_t y, double out[
         out[c] = picture ? (double)picture[(y * frame->camera->width + x) * 3 + c] : frame->backdrop.color[c];
 }
 
+/* The largest of a ray's opacities and colours. */
+static double strength(const VolRadiance *got)
+{
+    double tau = fmax(fmax(got->tau[0], got->tau[1]), got->tau[2]);
+    double light = fmax(fmax(got->color[0], got->color[1]), got->color[2]);
+    return fmax(light, tau > 0 ? -vol_expm1(-tau) : 0);
+}
+
 /* What a ray brought, added to its pixel's sums. */
 static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance *got, const double behind[3],
                     VolPixelValue *sum, double *depths, int *deep)
@@ -137,8 +145,10 @@ static void render_block(const VolFrame *frame, VolScratch *scratch, Block *bloc
             packet_add(&packet, &rays[p], &results[p]);
         }
         packet_flush(&packet);
-        for (int p = 0; p < block->count; p++)
+        for (int p = 0; p < block->count; p++) {
             add_ray(frame, &rays[p], &results[p], behind[p], &block->values[p], &depths[p], &deep[p]);
+            counts->strongest = fmax(counts->strongest, strength(&results[p]));
+        }
     }
     for (int p = 0; p < block->count; p++)
         finish_pixel(frame, &block->values[p], depths[p], deep[p]);
@@ -207,6 +217,7 @@ static VolStatus render_tile(void *user, size_t index, int thread, VolError *err
     job->counts->rays_missed += counts.rays_missed;
     job->counts->cells += counts.cells;
     job->counts->steps += counts.steps;
+    job->counts->strongest = fmax(job->counts->strongest, counts.strongest);
     job->tiles_done++;
     if (job->progress)
         job->progress(job->user, (double)job->tiles_done / (double)job->tiles);

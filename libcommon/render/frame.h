@@ -34,6 +34,7 @@ typedef struct VolFrameCounts {
     uint64_t rays, rays_missed, cells;
     uint64_t steps; /* of the estimators that march: from where the rays enter to where they leave */
     VolSkipped skipped;
+    double strongest; /* the largest opacity or colour that a ray has from the volume itself */
 } VolFrameCounts;
 
 /* One pixel of the picture, whatever part of it is being made. */

@@ -173,7 +173,7 @@ static void blank_trailing_commas(char *text, size_t size)
     }
 }
 
-static VolStatus read_json(VolForeign *f, const VolBytes *bytes, size_t begin, VolTf *out, bool *relative)
+static VolStatus read_json(VolForeign *f, const VolBytes *bytes, size_t begin, VolTf *out, VolTfUnits *units)
 {
     size_t size = bytes->size - begin;
     char *text = vol_alloc(size, 1);
@@ -187,7 +187,7 @@ static VolStatus read_json(VolForeign *f, const VolBytes *bytes, size_t begin, V
     if (status != VOL_OK)
         return status;
     if (vol_foreign_is_paraview(root)) {
-        status = vol_foreign_paraview(f, root, out, relative);
+        status = vol_foreign_paraview(f, root, out, units);
     } else {
         status = vol_foreign_no_parts(f);
         if (status == VOL_OK) /* ours, and as strict as it is */
@@ -197,7 +197,7 @@ static VolStatus read_json(VolForeign *f, const VolBytes *bytes, size_t begin, V
     return status;
 }
 
-static VolStatus read_xml(VolForeign *f, const VolBytes *bytes, VolTf *out, bool *relative)
+static VolStatus read_xml(VolForeign *f, const VolBytes *bytes, VolTf *out, VolTfUnits *units)
 {
     VolXml xml;
     VolStatus status = vol_xml_parse(bytes, f->name, &xml, f->err);
@@ -205,11 +205,11 @@ static VolStatus read_xml(VolForeign *f, const VolBytes *bytes, VolTf *out, bool
         return status;
     const char *root = vol_xml_name(&xml, 0);
     if (strcmp(root, "InviwoTreeData") == 0)
-        status = vol_foreign_inviwo(f, &xml, out, relative);
+        status = vol_foreign_inviwo(f, &xml, out, units);
     else if (strcmp(root, "VoreenData") == 0)
-        status = vol_foreign_voreen(f, &xml, out, relative);
+        status = vol_foreign_voreen(f, &xml, out, units);
     else if (strcmp(root, "MRML") == 0 || strcmp(root, "VolumeProperty") == 0)
-        status = vol_foreign_slicer(f, &xml, out);
+        status = vol_foreign_slicer(f, &xml, out, units);
     else
         status = vol_foreign_fault(f, xml.elements[0].line,
                                    "its root <%.60s> is none of <MRML> (3D Slicer), <InviwoTreeData>, <VoreenData>", root);
@@ -229,21 +229,21 @@ static bool is_utf16(const VolBytes *bytes)
     return bytes->size >= 2 && (memcmp(bytes->data, "\xFF\xFE", 2) == 0 || memcmp(bytes->data, "\xFE\xFF", 2) == 0);
 }
 
-VolStatus vol_tf_read(const VolBytes *bytes, const char *name, const char *part, VolTf *out, bool *relative,
+VolStatus vol_tf_read(const VolBytes *bytes, const char *name, const char *part, VolTf *out, VolTfUnits *units,
                       const VolLog *log, VolError *err)
 {
     VolForeign f = {.name = name, .part = part, .log = log, .err = err};
     size_t begin = text_begin(bytes);
     unsigned char first = begin < bytes->size ? bytes->data[begin] : 0;
-    *relative = false;
+    *units = (VolTfUnits){0};
     *out = vol_tf_defaults();
     VolStatus status;
     if (first == '<' || is_utf16(bytes))
-        status = read_xml(&f, bytes, out, relative);
+        status = read_xml(&f, bytes, out, units);
     else if (first == '[' || first == '{')
-        status = read_json(&f, bytes, begin, out, relative);
+        status = read_json(&f, bytes, begin, out, units);
     else if (bytes->size >= 4 && memcmp(bytes->data, "FTSO", 4) == 0)
-        status = vol_foreign_ospray(&f, bytes, out, relative);
+        status = vol_foreign_ospray(&f, bytes, out, units);
     else
         status = vol_tf_parse(bytes, name, out, log, err); /* says what is wrong with it */
     if (status != VOL_OK)

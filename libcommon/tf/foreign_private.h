@@ -4,7 +4,7 @@
 #define VOL_TF_FOREIGN_PRIVATE_H
 
 #include "tf/color.h"
-#include "tf/tf.h"
+#include "tf/foreign.h"
 #include "tf/xml.h"
 
 /* The file being read. */
@@ -67,15 +67,15 @@ void vol_foreign_normalise(VolForeignPoints *points);
 VolStatus vol_foreign_finish(const VolForeign *f, VolForeignPoints *colors, VolColorSpace space,
                              VolForeignPoints *opacity, VolTf *out);
 
-/* ---- Formats.  *out holds the defaults, *relative is false; on failure the caller frees. ---- */
+/* ---- Formats.  *out holds the defaults, *units is world units and values; on failure the caller frees. ---- */
 
 struct json_t;
 bool vol_foreign_is_paraview(const struct json_t *root);
-VolStatus vol_foreign_paraview(VolForeign *f, struct json_t *root, VolTf *out, bool *relative);
-VolStatus vol_foreign_slicer(VolForeign *f, const VolXml *xml, VolTf *out);
-VolStatus vol_foreign_inviwo(VolForeign *f, const VolXml *xml, VolTf *out, bool *relative);
-VolStatus vol_foreign_voreen(VolForeign *f, const VolXml *xml, VolTf *out, bool *relative);
-VolStatus vol_foreign_ospray(VolForeign *f, const VolBytes *bytes, VolTf *out, bool *relative);
+VolStatus vol_foreign_paraview(VolForeign *f, struct json_t *root, VolTf *out, VolTfUnits *units);
+VolStatus vol_foreign_slicer(VolForeign *f, const VolXml *xml, VolTf *out, VolTfUnits *units);
+VolStatus vol_foreign_inviwo(VolForeign *f, const VolXml *xml, VolTf *out, VolTfUnits *units);
+VolStatus vol_foreign_voreen(VolForeign *f, const VolXml *xml, VolTf *out, VolTfUnits *units);
+VolStatus vol_foreign_ospray(VolForeign *f, const VolBytes *bytes, VolTf *out, VolTfUnits *units);
 
 /* ---- Numbers in XML ---- */
 

@@ -6,12 +6,15 @@
  *     <type content="0"/><TFPrimitives><TFPrimitive> ...
  *
  * Colour and opacity are linear between points and constant beyond the ends; outside the mask opacity is 0.  Positions are
- * fractions of the data's range, or values where type is 1 (Absolute). */
+ * fractions of the data's range, or values where type is 1 (Absolute).  Opacities hold for 1/150 of the volume's edge: its
+ * shaders (compositing.glsl, REF_SAMPLING_INTERVAL) measure rays in texture coordinates, from 0 to 1 across the volume. */
 #include "tf/foreign_private.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define STEPS_ACROSS 150.0
 
 static size_t find_points(const VolXml *xml)
 {
@@ -112,7 +115,7 @@ static VolStatus read_mask(const VolForeign *f, const VolXml *xml, size_t holder
     return vol_foreign_cut(f, opacity, lo, hi);
 }
 
-VolStatus vol_foreign_inviwo(VolForeign *f, const VolXml *xml, VolTf *out, bool *relative)
+VolStatus vol_foreign_inviwo(VolForeign *f, const VolXml *xml, VolTf *out, VolTfUnits *units)
 {
     VolForeignPoints colors = {0}, opacity = {0};
     VolStatus status = vol_foreign_no_parts(f);
@@ -120,9 +123,11 @@ VolStatus vol_foreign_inviwo(VolForeign *f, const VolXml *xml, VolTf *out, bool 
         status = read_points(f, xml, &colors, &opacity);
     size_t holder = status == VOL_OK ? holder_of(xml, find_points(xml)) : 0;
     if (status == VOL_OK)
-        status = read_type(f, xml, holder, relative);
+        status = read_type(f, xml, holder, &units->relative);
     if (status == VOL_OK)
-        status = read_mask(f, xml, holder, *relative, &opacity);
+        status = read_mask(f, xml, holder, units->relative, &opacity);
+    *units = (VolTfUnits){units->relative, VOL_STEP_BOX};
+    out->particle_step = 1 / STEPS_ACROSS;
     if (status == VOL_OK) {
         vol_foreign_sort(f, &colors, NULL); /* the same order, already warned of */
         status = vol_foreign_finish(f, &colors, VOL_COLOR_RGB, &opacity, out);

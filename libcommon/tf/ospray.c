@@ -117,7 +117,7 @@ static void place(const Header *h, VolForeignPoints *points)
         points->items[i].v = h->min * (1 - points->items[i].v) + h->max * points->items[i].v;
 }
 
-VolStatus vol_foreign_ospray(VolForeign *f, const VolBytes *bytes, VolTf *out, bool *relative)
+VolStatus vol_foreign_ospray(VolForeign *f, const VolBytes *bytes, VolTf *out, VolTfUnits *units)
 {
     Cursor c = {f, bytes, 4};
     Header h = {0};
@@ -129,8 +129,8 @@ VolStatus vol_foreign_ospray(VolForeign *f, const VolBytes *bytes, VolTf *out, b
         status = read_colors(&c, &h, &colors);
     if (status == VOL_OK)
         status = read_opacities(&c, &h, &opacity);
-    *relative = !(h.max > h.min) || (h.min == 0 && h.max == 1);
-    if (status == VOL_OK && !*relative) {
+    units->relative = !(h.max > h.min) || (h.min == 0 && h.max == 1);
+    if (status == VOL_OK && !units->relative) {
         place(&h, &colors);
         place(&h, &opacity);
     }

@@ -5,7 +5,10 @@
  * Most have no opacity of their own; they get what ParaView begins with, a ramp from 0 at the first point to 1 at the
  * last.  Presets are meant to be stretched to the data's range, save those made for certain values: maps whose points lie
  * within [0, 1] or [-1, 1] are stretched, from the first point to the last, all others keep their values.  Maps that
- * are mere lists of colours (IndexedColors) belong to categories, not to values, and are refused. */
+ * are mere lists of colours (IndexedColors) belong to categories, not to values, and are refused.
+ *
+ * Opacities hold for ScalarOpacityUnitDistance, which ParaView keeps elsewhere; it begins with the diagonal of the data
+ * divided by the cube root of the number of cells (vtkSMBoundsDomain, approximate_cell_length). */
 #include "tf/foreign_private.h"
 #include "tf/json.h"
 
@@ -169,13 +172,15 @@ static VolStatus read_space(const VolForeign *f, const json_t *map, VolColorSpac
                              name ? name : "");
 }
 
-static VolStatus read_settings(const VolForeign *f, const json_t *map, VolColorSpace *space, VolTf *out)
+static VolStatus read_settings(const VolForeign *f, const json_t *map, VolColorSpace *space, VolTf *out, VolTfUnits *units)
 {
     const json_t *unit = json_object_get(map, "ScalarOpacityUnitDistance");
     if (unit && !(json_is_number(unit) && json_number_value(unit) > 0))
         return vol_foreign_fault(f, 0, "ScalarOpacityUnitDistance is not a number greater than 0");
     if (unit)
         out->particle_step = json_number_value(unit);
+    else
+        units->step = VOL_STEP_CELL;
     if (is_set(map, "UseLogScale"))
         vol_foreign_warn(f, "UseLogScale is ignored: colours are placed by the value, not its logarithm");
     return read_space(f, map, space);
@@ -192,7 +197,7 @@ static void stretch(const VolForeign *f, VolForeignPoints *colors, VolForeignPoi
     vol_foreign_normalise(opacity);
 }
 
-VolStatus vol_foreign_paraview(VolForeign *f, json_t *root, VolTf *out, bool *relative)
+VolStatus vol_foreign_paraview(VolForeign *f, json_t *root, VolTf *out, VolTfUnits *units)
 {
     VolForeignPoints colors = {0}, opacity = {0};
     VolColorSpace space = VOL_COLOR_RGB;
@@ -205,13 +210,13 @@ VolStatus vol_foreign_paraview(VolForeign *f, json_t *root, VolTf *out, bool *re
     }
     VolStatus status = choose_map(f, single ? single : root, &map);
     if (status == VOL_OK)
-        status = read_settings(f, map, &space, out);
+        status = read_settings(f, map, &space, out, units);
     if (status == VOL_OK)
         status = read_colors(f, map, &colors);
     if (status == VOL_OK)
         status = read_opacity(f, map, &colors, &opacity);
     if (status == VOL_OK) {
-        stretch(f, &colors, &opacity, relative);
+        stretch(f, &colors, &opacity, &units->relative);
         status = vol_foreign_finish(f, &colors, space, &opacity, out);
     }
     vol_foreign_points_free(&colors);

@@ -1,8 +1,10 @@
 /* 3D Slicer's volume rendering presets: <VolumeProperty> elements anywhere in an MRML scene, with everything in
  * attributes.  scalarOpacity is "COUNT v a v a ...", colorTransfer "COUNT v r g b ...": COUNT numbers follow.
  *
- * Slicer renders by VTK: opacities hold for scalarOpacityUnitDistance (1 mm where the file does not say), values are
- * those of the data, and with shade="1" every sample is shaded by the gradient: the model `classic`. */
+ * Slicer renders by VTK: opacities hold for scalarOpacityUnitDistance, which its presets do not have and VTK takes as 1.
+ * Its images are, for VTK, of voxels of edge 1 - a matrix of the actor takes them to millimetres - and VTK's shaders step
+ * along rays before that matrix, so that 1 is a voxel.  Values are those of the data, and with shade="1" every sample is
+ * shaded by the gradient: the model `classic`. */
 #include "tf/foreign_private.h"
 
 #include <math.h>
@@ -156,7 +158,7 @@ static bool is_preset(const VolXml *xml, size_t element)
     return strcmp(vol_xml_name(xml, element), "VolumeProperty") == 0;
 }
 
-VolStatus vol_foreign_slicer(VolForeign *f, const VolXml *xml, VolTf *out)
+VolStatus vol_foreign_slicer(VolForeign *f, const VolXml *xml, VolTf *out, VolTfUnits *units)
 {
     const char **names = vol_alloc(xml->count, sizeof *names);
     size_t *elements = vol_alloc(xml->count, sizeof *elements), count = 0, chosen = 0;
@@ -172,6 +174,8 @@ VolStatus vol_foreign_slicer(VolForeign *f, const VolXml *xml, VolTf *out)
         status = vol_foreign_choose(f, "preset", names, count, &chosen);
     if (status == VOL_OK)
         status = read_preset(f, xml, elements[chosen], out);
+    if (status == VOL_OK && !vol_xml_attribute(xml, elements[chosen], "scalarOpacityUnitDistance"))
+        units->step = VOL_STEP_VOXEL;
     free(names);
     free(elements);
     return status;

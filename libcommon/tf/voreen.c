@@ -8,11 +8,15 @@
  *
  * Colours and opacities are bytes, linear between keys; a split key is a jump from colorL to colorR.  Intensities are
  * fractions of the domain, and so are the thresholds, outside of which opacity is 0.  A domain of 0 to 1, or none, is
- * that of data which have no values of their own: it stands for their range. */
+ * that of data which have no values of their own: it stands for their range.  Opacities hold for 1/200 of the volume's
+ * edge: its shaders (mod_compositing.frag, SAMPLING_BASE_INTERVAL_RCP) measure rays in texture coordinates, from 0 to 1
+ * across the volume. */
 #include "tf/foreign_private.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#define STEPS_ACROSS 200.0
 
 typedef struct Keys {
     VolForeignPoints colors, opacity; /* two points for every key: left and right */
@@ -184,7 +188,7 @@ static VolStatus read_function(const VolForeign *f, const VolXml *xml, size_t fu
     return status;
 }
 
-VolStatus vol_foreign_voreen(VolForeign *f, const VolXml *xml, VolTf *out, bool *relative)
+VolStatus vol_foreign_voreen(VolForeign *f, const VolXml *xml, VolTf *out, VolTfUnits *units)
 {
     Keys keys = {0};
     size_t function = vol_xml_find(xml, "TransFuncIntensity", 0);
@@ -192,7 +196,9 @@ VolStatus vol_foreign_voreen(VolForeign *f, const VolXml *xml, VolTf *out, bool 
     if (status == VOL_OK && !function)
         status = vol_foreign_fault(f, 0, "it has no <TransFuncIntensity>");
     if (status == VOL_OK)
-        status = read_function(f, xml, function, &keys, out, relative);
+        status = read_function(f, xml, function, &keys, out, &units->relative);
+    units->step = VOL_STEP_BOX;
+    out->particle_step = 1 / STEPS_ACROSS;
     vol_foreign_points_free(&keys.colors);
     vol_foreign_points_free(&keys.opacity);
     return status;

@@ -205,22 +205,22 @@ static void test_loading_any_kind(void)
     VolBytes bytes;
     VolTf tf;
     VolError err = {{0}};
-    bool relative;
+    VolTfUnits units;
     CHECK(vol_tables_to_image(tables, VOL_TABLES_FULL, &image, &err) == VOL_OK);
     CHECK(vol_exr_write(&image, VOL_EXR_NONE, 1, &bytes, NULL, &err) == VOL_OK);
-    CHECK(vol_load_transfer_function(&bytes, "t.exr", NULL, NULL, &tf, &relative, &back, &err) == VOL_OK);
-    CHECK(back && back->preint.octave_count == 1 && !relative && tf.particle_step == 0.25);
+    CHECK(vol_load_transfer_function(&bytes, "t.exr", NULL, NULL, &tf, &units, &back, &err) == VOL_OK);
+    CHECK(back && back->preint.octave_count == 1 && !units.relative && tf.particle_step == 0.25);
     vol_tf_free(&tf);
     vol_tables_free(back);
     bytes.size /= 2;
-    CHECK(vol_load_transfer_function(&bytes, "t.exr", NULL, NULL, &tf, &relative, &back, &err) == VOL_BAD_INPUT);
+    CHECK(vol_load_transfer_function(&bytes, "t.exr", NULL, NULL, &tf, &units, &back, &err) == VOL_BAD_INPUT);
     CHECK(!back);
     bytes.size *= 2;
     vol_bytes_free(&bytes);
     vol_image_free(&image);
     vol_tables_free(tables);
     VolBytes text = {(unsigned char *)(uintptr_t)json, sizeof json - 1, false};
-    CHECK(vol_load_transfer_function(&text, "t.json", NULL, NULL, &tf, &relative, &back, &err) == VOL_OK && !back);
+    CHECK(vol_load_transfer_function(&text, "t.json", NULL, NULL, &tf, &units, &back, &err) == VOL_OK && !back);
     vol_tf_free(&tf);
 }
 

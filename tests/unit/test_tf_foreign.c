@@ -10,12 +10,12 @@
 #include <stdlib.h>
 
 /* A copy of exactly the size, so that reading beyond it is noticed. */
-static VolStatus read_bytes(const void *data, size_t size, const char *part, VolTf *tf, bool *relative, VolError *err)
+static VolStatus read_bytes(const void *data, size_t size, const char *part, VolTf *tf, VolTfUnits *units, VolError *err)
 {
     VolBytes bytes = {malloc(size ? size : 1), size, false};
     memcpy(bytes.data, data, size);
     tf_said[0] = 0;
-    VolStatus status = vol_tf_read(&bytes, "x", part, tf, relative, &tf_log, err);
+    VolStatus status = vol_tf_read(&bytes, "x", part, tf, units, &tf_log, err);
     free(bytes.data);
     return status;
 }
@@ -24,11 +24,11 @@ static VolTf good_part(int line, const char *text, const char *part, bool want_r
 {
     VolTf tf = {0};
     VolError err = {{0}};
-    bool relative = false;
-    if (read_bytes(text, strlen(text), part, &tf, &relative, &err) != VOL_OK)
+    VolTfUnits units = {0};
+    if (read_bytes(text, strlen(text), part, &tf, &units, &err) != VOL_OK)
         test_fail(__FILE__, line, "%s", err.text);
-    else if (relative != want_relative)
-        test_fail(__FILE__, line, "relative is %d", relative);
+    else if (units.relative != want_relative)
+        test_fail(__FILE__, line, "relative is %d", units.relative);
     return tf;
 }
 #define RELATIVE(text) good_part(__LINE__, text, NULL, true)
@@ -39,8 +39,8 @@ static void check_fault(int line, const char *text, const char *part, const char
 {
     VolTf tf;
     VolError err = {{0}};
-    bool relative;
-    VolStatus status = read_bytes(text, strlen(text), part, &tf, &relative, &err);
+    VolTfUnits units;
+    VolStatus status = read_bytes(text, strlen(text), part, &tf, &units, &err);
     char full[1200];
     snprintf(full, sizeof full, "bad transfer function 'x': %s", want);
     if (status != VOL_BAD_INPUT || strcmp(err.text, full) != 0)
@@ -528,27 +528,27 @@ static void test_ospray(void)
 {
     VolTf tf;
     VolError err = {{0}};
-    bool relative;
+    VolTfUnits units;
     Tfn t = tfn(1, 1);
-    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &relative, &err) == VOL_OK && relative);
+    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &units, &err) == VOL_OK && units.relative);
     COLOR(&tf, 0.25, 0.75, 0, 0.25);
     CHECK(at(&tf, 0, -1) == 0 && at(&tf, 0.5, -1) == 0.25 && at(&tf, 1, -1) == 0.5);
     vol_tf_free(&tf);
     t = tfn(1, 40);
-    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &relative, &err) == VOL_OK && !relative);
+    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &units, &err) == VOL_OK && !units.relative);
     CHECK(at(&tf, 20, -1) == 0.25);
     vol_tf_free(&tf);
     for (size_t size = 4; size < t.size; size++)
-        CHECK(read_bytes(t.bytes, size, NULL, &tf, &relative, &err) == VOL_BAD_INPUT && strstr(err.text, "'x': it"));
+        CHECK(read_bytes(t.bytes, size, NULL, &tf, &units, &err) == VOL_BAD_INPUT && strstr(err.text, "'x': it"));
     t = tfn(2, 1);
-    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &relative, &err) == VOL_BAD_INPUT);
+    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &units, &err) == VOL_BAD_INPUT);
     CHECK_TEXT(err.text, "bad transfer function 'x': version 2 of .tfn is not known");
     t = tfn(1, NAN);
-    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &relative, &err) == VOL_BAD_INPUT);
+    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &units, &err) == VOL_BAD_INPUT);
     CHECK_TEXT(err.text, "bad transfer function 'x': the number at byte 47 is not finite");
     t = tfn(1, 1);
     memset(t.bytes + 23, 0xff, 16); /* counts */
-    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &relative, &err) == VOL_BAD_INPUT);
+    CHECK(read_bytes(t.bytes, t.size, NULL, &tf, &units, &err) == VOL_BAD_INPUT);
 }
 
 /* ---- Damage ---- */
@@ -569,8 +569,8 @@ static void damage(const void *data, size_t size, uint64_t seed)
         size_t kept = round % 3 ? size : (size_t)(state >> 40) % (size + 1);
         VolTf tf;
         VolError err = {{0}};
-        bool relative;
-        VolStatus status = read_bytes(copy, kept, NULL, &tf, &relative, &err);
+        VolTfUnits units;
+        VolStatus status = read_bytes(copy, kept, NULL, &tf, &units, &err);
         CHECK(status == VOL_OK || (status == VOL_BAD_INPUT && err.text[0]));
         if (status != VOL_OK)
             continue;

@@ -614,9 +614,9 @@ static void test_duplicate_names(void)
     CHECK(vol_vdb_find(vdb, "other[0]", &index, &err) == VOL_OK && index == 1);
     CHECK(vol_vdb_find(vdb, "density[2]", &index, &err) == VOL_BAD_INPUT);
     CHECK_TEXT(err.text, "no grid 'density[2]' in 'test': it holds density (float), other (float), density[1] (float)");
-    for (const char *const *wrong = (const char *const[]){"density[]", "density[1", "[1]", "density[-1]", "density[x]", "", NULL};
-         *wrong; wrong++)
-        CHECK(vol_vdb_find(vdb, *wrong, &index, &err) == VOL_BAD_INPUT);
+    static const char *const wrong[] = {"density[]", "density[1", "[1]", "density[-1]", "density[x]", ""};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+        CHECK(vol_vdb_find(vdb, wrong[i], &index, &err) == VOL_BAD_INPUT);
     CHECK(vol_vdb_namesakes(vdb, 2) == 2 && vol_vdb_namesakes(vdb, 1) == 1);
     CHECK(value_of(vdb, 0) == 1 && value_of(vdb, 2) == 3);
 
