@@ -117,8 +117,9 @@ static VolStatus load_volume(Job *job, VolError *err)
     if (status)
         return status;
     if (vol_kind(&bytes) != VOL_KIND_VDB) {
+        status = run_wrong_kind("--volume", name, "VDB", &bytes, err);
         vol_bytes_free(&bytes);
-        return vol_fail(err, VOL_BAD_INPUT, "cannot read '%s': not a VDB file", name);
+        return status;
     }
     add_digest(job, &bytes);
     size_t size = bytes.size;
@@ -173,8 +174,10 @@ static VolStatus load_tf(Job *job, VolError *err)
     status = run_read(job->run, file, &bytes, err);
     if (!status) {
         add_digest(job, &bytes);
-        status = vol_load_transfer_function(&bytes, vol_input_name(file), part, &job->run->log, &tf, &units, &tables,
-                                            err);
+        status = run_refuse_volume(&bytes, vol_input_name(file), err);
+        if (!status)
+            status = vol_load_transfer_function(&bytes, vol_input_name(file), part, &job->run->log, &tf, &units, &tables,
+                                                err);
         if (!status) {
             status = settle_text(job, &bytes, &tf, units, tables, err);
             if (status)

@@ -82,8 +82,7 @@ static VolStatus diff(const Run *run, VolBytes bytes[2], const char *names[2], V
     VolKind kind[2] = {vol_kind(&bytes[0]), vol_kind(&bytes[1])};
     for (int i = 0; i < 2; i++)
         if (kind[i] != VOL_KIND_EXR && kind[i] != VOL_KIND_VDB)
-            return vol_fail(err, VOL_BAD_INPUT, "cannot compare '%s': neither EXR nor VDB (%zu bytes)", names[i],
-                            bytes[i].size);
+            return run_wrong_kind("cannot compare", names[i], "VDB or EXR", &bytes[i], err);
     if (kind[0] != kind[1])
         return vol_fail(err, VOL_BAD_INPUT, "cannot compare '%s' and '%s': one is an image, the other holds grids",
                         names[0], names[1]);

@@ -66,7 +66,7 @@ static VolStatus inspect(const Run *run, VolInspection *out, VolBytes *plot, Vol
             status = vol_picture_png(&bytes, name, plot, err);
         break;
     default:
-        status = vol_fail(err, VOL_BAD_INPUT, "cannot inspect '%s': neither VDB nor EXR (%zu bytes)", name, bytes.size);
+        status = run_wrong_kind("cannot inspect", name, "VDB or EXR", &bytes, err);
     }
     vol_bytes_free(&bytes);
     return status;

@@ -110,7 +110,9 @@ static VolStatus read_look(Job *job, VolError *err)
     status = run_read(job->run, file, &bytes, err);
     if (!status) {
         add_digest(job, &bytes);
-        status = vol_look_read(&bytes, vol_input_name(file), part, &job->run->log, &job->look, err);
+        status = run_refuse_volume(&bytes, vol_input_name(file), err);
+        if (!status)
+            status = vol_look_read(&bytes, vol_input_name(file), part, &job->run->log, &job->look, err);
         vol_bytes_free(&bytes);
     }
     free(file);
@@ -166,8 +168,9 @@ static VolStatus load_volume(Job *job, VolError *err)
     if (status)
         return status;
     if (vol_kind(&bytes) != VOL_KIND_VDB) {
+        status = run_wrong_kind("cannot read", vol_input_name(path), "VDB", &bytes, err);
         vol_bytes_free(&bytes);
-        return vol_fail(err, VOL_BAD_INPUT, "cannot read '%s': not a VDB file", vol_input_name(path));
+        return status;
     }
     add_digest(job, &bytes);
     vol_stats_stage(job->run->stats, "read");

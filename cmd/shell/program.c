@@ -32,7 +32,12 @@ VolStatus run_read(const Run *run, const char *path, VolBytes *out, VolError *er
         if (fake_terminal(run->common, "in") && !run->common->force)
             return vol_refuse_input_terminal("stdin", err);
     }
-    return vol_read_whole(path, run->common->force, out, err);
+    VolStatus status = vol_read_whole(path, run->common->force, out, err);
+    if (status || out->size || strcmp(path, "-") != 0)
+        return status;
+    vol_bytes_free(out);
+    return vol_fail(err, VOL_BAD_INPUT, "cannot read 'stdin': it ended before its first byte; %s",
+                    "the program that writes to this pipe failed, or had nothing to write");
 }
 
 static VolOutOptions out_options(const Run *run, bool binary)
@@ -71,6 +76,16 @@ static void say(void *user, VolSeverity severity, const char *line)
         shell_say(run->program->name, "warning", line);
     if (severity == VOL_NOTE && run->common->verbose > 0)
         shell_say(run->program->name, "note", line);
+}
+
+/* Damage in what came through a pipe: most often its writer stopped half-way. */
+static void blame_pipe(VolStatus status, VolError *err)
+{
+    struct stat info;
+    VolError seen = *err;
+    if (status == VOL_BAD_INPUT && strncmp(seen.text, "damaged", 7) == 0 && strstr(seen.text, "'stdin'") &&
+        fstat(STDIN_FILENO, &info) == 0 && S_ISFIFO(info.st_mode))
+        vol_fail(err, status, "%s (did the program before it in the pipe end early?)", seen.text);
 }
 
 static void report(const Program *program, VolStatus status, const VolError *err)
@@ -256,6 +271,7 @@ int program_main(const Program *program, int argc, char **argv)
         err = close_err;
         status = closed;
     }
+    blame_pipe(status, &err);
     report(program, status, &err);
     vol_command_line_free(&line);
     return (int)status;

@@ -47,6 +47,12 @@ const char *run_input(const Run *run);
 /* Reads an input ("-" stdin); refuses a second reading of stdin. */
 VolStatus run_read(const Run *run, const char *path, VolBytes *out, VolError *err);
 
+/* VOL_BAD_INPUT for an input that is not what is `wanted` ("VDB"): "DOING 'NAME': it is NIfTI, not VDB: vol-import ..". */
+VolStatus run_wrong_kind(const char *doing, const char *name, const char *wanted, const VolBytes *bytes, VolError *err);
+
+/* VOL_BAD_INPUT where a volume stands in a transfer function's place. */
+VolStatus run_refuse_volume(const VolBytes *bytes, const char *name, VolError *err);
+
 /* What run_write would refuse, found before the work is done. */
 VolStatus run_check_output(const Run *run, bool binary, VolError *err);
 

@@ -65,3 +65,14 @@ VolStatus vol_gunzip(const unsigned char *data, size_t size, const char *name, V
         *out = inflater.out;
     return status;
 }
+
+size_t vol_gunzip_head(const VolBytes *bytes, unsigned char *out, size_t room)
+{
+    z_stream z = {.next_in = bytes->data, .avail_in = bytes->size > 1u << 20 ? 1u << 20 : (uInt)bytes->size,
+                  .next_out = out, .avail_out = (uInt)room};
+    if (inflateInit2(&z, 15 + 32) != Z_OK)
+        return 0;
+    inflate(&z, Z_SYNC_FLUSH);
+    inflateEnd(&z);
+    return room - z.avail_out;
+}

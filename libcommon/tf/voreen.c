@@ -193,6 +193,9 @@ VolStatus vol_foreign_voreen(VolForeign *f, const VolXml *xml, VolTf *out, VolTf
     Keys keys = {0};
     size_t function = vol_xml_find(xml, "TransFuncIntensity", 0);
     VolStatus status = vol_foreign_no_parts(f);
+    if (status == VOL_OK && !function && vol_xml_find(xml, "Volumes", 0))
+        status = vol_foreign_fault(f, 0, "it describes a volume (.vvd): %s",
+                                   "import the raw file that it names by vol-import --dims X,Y,Z --type TYPE");
     if (status == VOL_OK && !function)
         status = vol_foreign_fault(f, 0, "it has no <TransFuncIntensity>");
     if (status == VOL_OK)
