@@ -322,7 +322,7 @@ static VolStatus set_backdrop(Job *job, VolError *err)
 /* Values of another magnitude than the nodes': a transfer function for numbers from 0 to 1 on those of a scanner. */
 static bool far_apart(double lo, double hi, double from, double to)
 {
-    enum { FAR = 200 };
+    enum { FAR = 100 };
     return from < to && fmax(fabs(lo), fabs(hi)) >= FAR * fmax(fabs(from), fabs(to));
 }
 

@@ -117,7 +117,8 @@ static bool find_named(const VolVdb *vdb, const char *name, size_t *index)
     return find_nth(vdb, name, length, n, index);
 }
 
-static bool find_only_scalar(const VolVdb *vdb, size_t *index)
+/* How many grids of scalars there are; *index: the last of them. */
+static size_t count_scalars(const VolVdb *vdb, size_t *index)
 {
     size_t scalars = 0;
     for (size_t i = 0; i < vdb->count; i++)
@@ -125,18 +126,20 @@ static bool find_only_scalar(const VolVdb *vdb, size_t *index)
             *index = i;
             scalars++;
         }
-    return scalars == 1;
+    return scalars;
 }
 
 VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err)
 {
     if (name ? find_named(vdb, name, index)
-             : find_nth(vdb, "density", strlen("density"), 0, index) || find_only_scalar(vdb, index))
+             : find_nth(vdb, "density", strlen("density"), 0, index) || count_scalars(vdb, index) == 1)
         return VOL_OK;
     char list[700];
     list_grids(vdb, list, sizeof list);
     if (name)
         return vol_fail(err, VOL_BAD_INPUT, "no grid '%s' in '%s': it holds %s", name, vdb->name, list);
+    if (!count_scalars(vdb, index))
+        return vol_fail(err, VOL_BAD_INPUT, "no grid of scalars in '%s': it holds %s", vdb->name, list);
     return vol_fail(err, VOL_BAD_INPUT, "cannot choose a grid of '%s': it holds %s; name one by --grid", vdb->name, list);
 }
 

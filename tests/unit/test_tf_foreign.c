@@ -601,6 +601,32 @@ static void test_damage(void)
     damage(t.bytes, t.size, 99);
 }
 
+/* What the opacities of each program hold for; a file that says so itself is believed. */
+static void test_lengths(void)
+{
+    static const struct {
+        const char *text;
+        VolStepUnit unit;
+        double step;
+    } rows[] = {
+        {"{\"pellucid\": \"transfer-function/1\", \"particle_step\": 3}", VOL_STEP_WORLD, 3},
+        {"{\"RGBPoints\": [0, 0, 0, 0, 9, 1, 1, 1]}", VOL_STEP_CELL, 1},
+        {"{\"ScalarOpacityUnitDistance\": 0.25, \"RGBPoints\": [0, 0, 0, 0, 9, 1, 1, 1]}", VOL_STEP_WORLD, 0.25},
+        {PRESET("A", OPACITY COLORS), VOL_STEP_VOXEL, 1},
+        {PRESET("A", OPACITY COLORS " scalarOpacityUnitDistance=\"0.5\""), VOL_STEP_WORLD, 0.5},
+        {INVIWO("<Points>" OLD_POINT(0.5, RGBA(1, 1, 1, 1)) "</Points>"), VOL_STEP_BOX, 1.0 / 150},
+        {VOREEN(TWO_KEYS), VOL_STEP_BOX, 1.0 / 200},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        VolTf tf;
+        VolError err;
+        VolTfUnits units;
+        CHECK(read_bytes(rows[i].text, strlen(rows[i].text), NULL, &tf, &units, &err) == VOL_OK);
+        CHECK(units.step == rows[i].unit && tf.particle_step == rows[i].step);
+        vol_tf_free(&tf);
+    }
+}
+
 int main(void)
 {
     RUN(test_names);
@@ -624,6 +650,7 @@ int main(void)
     RUN(test_voreen_alpha);
     RUN(test_voreen_faults);
     RUN(test_ospray);
+    RUN(test_lengths);
     RUN(test_damage);
     return test_end();
 }
