@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "import/readers.h"
+#include "io/in.h"
 
 static VolStatus read_vtk_xml(const VolSource *source, VolSampled *out, VolError *err)
 {
@@ -67,6 +68,8 @@ static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *
     }
     if (bytes->size == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is empty", source->name);
+    if (vol_kind(bytes) == VOL_KIND_VDB)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is VDB already", source->name);
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (formats[i].is(bytes))
             return formats[i].read(source, out, err);

@@ -69,7 +69,8 @@ const VolVdbEntry *vol_vdb_entry(const VolVdb *vdb, size_t i);
 const VolVdbMetaList *vol_vdb_file_meta(const VolVdb *vdb);
 
 /* Index of the grid of that name, to the letter or as vol_vdb_label() has it; VOL_BAD_INPUT lists what is there (names and
- * types).  Among duplicates: the first.  `name` NULL: "density" if there, else the only scalar grid, else the list. */
+ * types).  Among duplicates: the first.  `name` NULL: "density" if there (of several the first scalar one), else the only
+ * scalar grid, else the list. */
 VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err);
 
 /* What users call grid `index`: its name; NAME[1] for the second of that name in the file, and so on; '' for none. */

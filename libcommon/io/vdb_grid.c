@@ -117,6 +117,16 @@ static bool find_named(const VolVdb *vdb, const char *name, size_t *index)
     return find_nth(vdb, name, length, n, index);
 }
 
+/* The first of scalars, or where none is the first. */
+static bool find_density(const VolVdb *vdb, size_t *index)
+{
+    static const char name[] = "density";
+    for (size_t n = 0; find_nth(vdb, name, strlen(name), n, index); n++)
+        if (vol_vdb_components(vol_vdb_value(&vdb->grids[*index].entry)) == 1)
+            return true;
+    return find_nth(vdb, name, strlen(name), 0, index);
+}
+
 /* How many grids of scalars there are; *index: the last of them. */
 static size_t count_scalars(const VolVdb *vdb, size_t *index)
 {
@@ -131,8 +141,7 @@ static size_t count_scalars(const VolVdb *vdb, size_t *index)
 
 VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err)
 {
-    if (name ? find_named(vdb, name, index)
-             : find_nth(vdb, "density", strlen("density"), 0, index) || count_scalars(vdb, index) == 1)
+    if (name ? find_named(vdb, name, index) : find_density(vdb, index) || count_scalars(vdb, index) == 1)
         return VOL_OK;
     char list[700];
     list_grids(vdb, list, sizeof list);

@@ -80,7 +80,7 @@ static void warn_of_grid(const VolVdb *vdb, size_t index, bool by_number, const 
     size_t namesakes = vol_vdb_namesakes(vdb, index);
     vol_vdb_label(vdb, index, label, sizeof label);
     if (namesakes > 1 && !by_number)
-        vol_warn(log, "there are %zu grids named '%s'; the first is taken (the second is --grid '%s[1]')", namesakes, name,
+        vol_warn(log, "there are %zu grids named '%s'; '%s' is taken (the second is --grid '%s[1]')", namesakes, name, label,
                  name);
     if (grid->empty)
         vol_warn(log, "grid '%s' is empty: it has no active voxels", label);

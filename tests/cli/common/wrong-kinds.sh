@@ -43,6 +43,8 @@ exits 3 'an image to vol-render' vol-render -t tf.json -o x.exr a.exr
 says "vol-render: error: *'a.exr': it is an EXR image, not VDB*" 'an image to vol-render: says so'
 exits 3 'JSON to vol-render' vol-render -t tf.json -o x.exr tf.json
 says "vol-render: error: *'tf.json': it is JSON, not VDB*" 'JSON to vol-render: says so'
+exits 3 'VDB to vol-import' vol-import a.vdb
+says "vol-import: error: *'a.vdb': it is VDB already" 'VDB to vol-import: says so'
 echo '<?xml version="1.0"?><VoreenData version="1"><Volumes><Volume><RawData filename="a.raw" format="UINT8" x="2" y="2" z="2"/>
     </Volume></Volumes></VoreenData>' >a.vvd
 exits 3 '.vvd to -t' vol-render -t a.vvd -o x.exr a.vdb

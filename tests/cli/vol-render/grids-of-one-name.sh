@@ -33,5 +33,9 @@ check 'vol-info: the first' grep -qx 'grid density' stdout
 check 'vol-info: the second' grep -qx 'grid density\[1\]' stdout
 exits 0 'vol-info, unnamed' vol-info unnamed.vdb
 check 'vol-info: unnamed' grep -qx "grid ''" stdout
+must makevdb --type vec3s --field const:1 --also --type float --field const:0.5 >mixed.vdb
+exits 0 'a vector and a number of one name' render mixed.vdb
+says "*'density?1?' is taken*" 'says which'
+check 'the one that can be rendered is taken' vol-diff a.exr half.exr
 exits 0 'tables of the second' tf-preint --size 8 --part tf --plot p.png --volume both.vdb --grid 'density[1]' -o t.exr tf.json
 finish
