@@ -38,6 +38,7 @@ CXXFLAGS_ALL = -std=c++17 $(OPT) -Wall -Wextra -Werror $(COMMON) $(CXXFLAGS)
 LIBS     = -lOpenEXRCore -ljansson -lexpat -lz -lm -ldl -pthread
 
 EXR_CFLAGS ?= -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
+EXR_LIBS   ?= -lOpenEXR -lIex -lImath
 VDB_CFLAGS ?= -isystem /usr/include/Imath
 VDB_LIBS   ?= -lopenvdb -ltbb -lblosc
 OIIO_CFLAGS ?= -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
@@ -54,7 +55,7 @@ endif
 SHELL_SRC := $(sort $(wildcard cmd/shell/*.c))
 PROGRAMS  := $(sort $(patsubst cmd/%.c,%,$(wildcard cmd/*.c)))
 ADAPTERS  := $(sort $(patsubst libcommon/adapters/%.cc,%,$(wildcard libcommon/adapters/*.cc)))
-UNITS     := $(sort $(patsubst tests/unit/%.c,%,$(wildcard tests/unit/test_*.c)))
+UNITS     := $(sort $(basename $(notdir $(wildcard tests/unit/test_*.c tests/unit/test_*.cc))))
 TOOLS     := $(sort $(patsubst tests/tools/%.c,%,$(wildcard tests/tools/*.c)))
 BENCHES   := $(sort $(patsubst tests/bench/%.c,%,$(wildcard tests/bench/*.c)))
 
@@ -109,6 +110,15 @@ $(OUT)/bin/%: $(OUT)/obj/cmd/%.o $(SHELL_OBJ) $(LIB)
 $(OUT)/tests/%: $(OUT)/obj/tests/unit/%.o $(LIB)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(SANFLAGS) $(LDFLAGS) -o $@ $< $(LIB) $(LIBS)
+
+# Tests against the C++ classes of OpenEXR.
+$(OUT)/obj/tests/unit/%.o: tests/unit/%.cc Makefile
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(CXXFLAGS_ALL) $(EXR_CFLAGS) -c -o $@ $<
+
+$(OUT)/tests/test_exr_sweep: $(OUT)/obj/tests/unit/test_exr_sweep.o $(LIB)
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(SANFLAGS) $(LDFLAGS) -o $@ $< $(LIB) $(LIBS) $(EXR_LIBS)
 
 $(OUT)/tests/tools/%: $(OUT)/obj/tests/tools/%.o $(LIB)
 	@mkdir -p $(@D)

@@ -296,20 +296,49 @@ static void place_chunk(const PartReader *p, int32_t x, int32_t y, exr_decode_pi
     }
 }
 
-static VolStatus read_chunk(const PartReader *p, int32_t x, int32_t y, exr_decode_pipeline_t *decode, bool *ready)
+/* What one part is decoded with. */
+typedef struct Decoder {
+    exr_decode_pipeline_t pipeline;
+    exr_result_t (*decompress)(exr_decode_pipeline_t *pipeline); /* the library's */
+    bool ready;
+} Decoder;
+
+/* A chunk as large as its bare pixels is just them, whatever the compression: writers store it so where packing gains
+ * nothing.  OpenEXRCore 3.1 takes such a chunk for packed if the compression is B44, and makes other pixels of it.  The
+ * pipeline has already let the unpacked pixels be the packed ones. */
+static exr_result_t decompress_or_take(exr_decode_pipeline_t *pipeline)
+{
+    const Decoder *decoder = pipeline->decoding_user_data;
+    return pipeline->chunk.packed_size == pipeline->chunk.unpacked_size ? EXR_ERR_SUCCESS : decoder->decompress(pipeline);
+}
+
+static exr_result_t choose_routines(const PartReader *p, Decoder *decoder)
+{
+    exr_decode_pipeline_t *pipeline = &decoder->pipeline;
+    exr_result_t code = exr_decoding_choose_default_routines(p->r->context, p->index, pipeline);
+    if (!code && pipeline->decompress_fn) {
+        decoder->decompress = pipeline->decompress_fn;
+        pipeline->decompress_fn = decompress_or_take;
+        pipeline->decoding_user_data = decoder;
+    }
+    decoder->ready = true;
+    return code;
+}
+
+static VolStatus read_chunk(const PartReader *p, int32_t x, int32_t y, Decoder *decoder)
 {
     exr_chunk_info_t info = {0};
     exr_context_t context = p->r->context;
+    exr_decode_pipeline_t *decode = &decoder->pipeline;
     vol_exr_forget_message();
     exr_result_t code = chunk_info(p, x, y, &info);
     if (!code)
-        code = *ready ? exr_decoding_update(context, p->index, &info, decode)
-                      : exr_decoding_initialize(context, p->index, &info, decode);
+        code = decoder->ready ? exr_decoding_update(context, p->index, &info, decode)
+                              : exr_decoding_initialize(context, p->index, &info, decode);
     if (!code) {
         place_chunk(p, x, y, decode);
-        if (!*ready)
-            code = exr_decoding_choose_default_routines(context, p->index, decode);
-        *ready = true;
+        if (!decoder->ready)
+            code = choose_routines(p, decoder);
     }
     if (!code)
         code = exr_decoding_run(context, p->index, decode);
@@ -319,12 +348,11 @@ static VolStatus read_chunk(const PartReader *p, int32_t x, int32_t y, exr_decod
 static VolStatus read_pixels(const PartReader *p)
 {
     VolStatus status = allocate_pixels(p->part, p->r->err);
-    exr_decode_pipeline_t decode = EXR_DECODE_PIPELINE_INITIALIZER;
-    bool ready = false;
+    Decoder decoder = {.pipeline = EXR_DECODE_PIPELINE_INITIALIZER};
     for (int32_t y = 0; y < p->count_y && !status; y++)
         for (int32_t x = 0; x < p->count_x && !status; x++)
-            status = read_chunk(p, x, y, &decode, &ready);
-    exr_decoding_destroy(p->r->context, &decode);
+            status = read_chunk(p, x, y, &decoder);
+    exr_decoding_destroy(p->r->context, &decoder.pipeline);
     return status;
 }
 
