@@ -6,6 +6,7 @@
  *   3. only then memory for the pixels, and the pixels.
  *
  * So a file of n bytes makes us take at most (expansion of its compression) x n bytes, whatever its header claims. */
+#define _GNU_SOURCE /* memmem */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -152,6 +153,30 @@ static VolStatus read_windows(PartReader *p, VolImage *image)
     if (across < 1 || down < 1 || across > INT32_MAX / 8 || down > INT32_MAX)
         return vol_fail(r->err, VOL_BAD_INPUT, "damaged EXR '%s': part %d has a data window of %lld x %lld", r->name,
                         p->index, (long long)across, (long long)down);
+    return VOL_OK;
+}
+
+/* The library puts a default in the place of a required attribute that is damaged or missing: an unknown compression would
+ * become ZIP, a lost window 64 x 64 pixels.  Of a damaged one it complains, without failing. */
+static VolStatus check_layout(Reader *r, int parts)
+{
+    static const struct {
+        const char *name, *bytes; /* name and type, each with its NUL */
+        size_t size;
+    } needed[] = {{"compression", "compression\0compression", 24}, {"dataWindow", "dataWindow\0box2i", 17},
+                  {"displayWindow", "displayWindow\0box2i", 20}};
+    char quoted[32];
+    for (size_t i = 0; i < sizeof needed / sizeof *needed; i++) {
+        snprintf(quoted, sizeof quoted, "'%s'", needed[i].name);
+        if (strstr(vol_exr_why(EXR_ERR_SUCCESS), quoted))
+            return damaged(r, EXR_ERR_INVALID_ATTR, "header");
+        const unsigned char *at = r->stream.in, *end = at + r->stream.in_size;
+        for (int p = 0; p < parts; p++, at += needed[i].size)
+            if (!(at = memmem(at, (size_t)(end - at), needed[i].bytes, needed[i].size)))
+                return vol_fail(r->err, VOL_BAD_INPUT, "damaged EXR '%s': part %d has no attribute %s", r->name, p,
+                                needed[i].name);
+    }
+    vol_exr_forget_message();
     return VOL_OK;
 }
 
@@ -381,7 +406,7 @@ static VolStatus read_image(const VolBytes *bytes, const char *name, bool pixels
     int count = 0;
     if (!code)
         code = exr_get_count(r.context, &count);
-    VolStatus status = code ? damaged(&r, code, "header") : VOL_OK;
+    VolStatus status = code ? damaged(&r, code, "header") : check_layout(&r, count);
     for (int p = 0; p < count && !status; p++)
         status = read_part(&r, p, pixels, out);
     if (r.context)

@@ -351,6 +351,35 @@ static void test_named_damage(void)
     vol_image_free(&image);
 }
 
+/* A required attribute that is damaged or missing is no reason to guess. */
+static void test_required_attributes(void)
+{
+    static const struct {
+        const char *what;
+        size_t size, at; /* of the byte that changes */
+        const char *why;
+    } faults[] = {{"compression\0compression\0\1\0\0", 29, 28, "header: attribute 'compression' (type 'compression'): "},
+                  {"compression\0compression", 24, 3, "part 0 has no attribute compression"},
+                  {"dataWindow\0box2i", 17, 0, "part 0 has no attribute dataWindow"},
+                  {"displayWindow\0box2i", 20, 0, "part 0 has no attribute displayWindow"},
+                  {"displayWindow\0box2i", 20, 18, "attribute 'displayWindow': Invalid type 'box2A'"}};
+    VolImage image = new_image((VolBox2){0, 0, 63, 63}, (VolBox2){0, 0, 63, 63}), again;
+    add_channel(&image.parts[0], "Y", VOL_PIXEL_FLOAT, 1);
+    for (size_t i = 0; i < sizeof faults / sizeof *faults; i++) {
+        VolBytes bytes;
+        CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
+        unsigned char *at = find_bytes(bytes.data, bytes.size, faults[i].what, faults[i].size - (i == 0));
+        CHECK(at != NULL);
+        if (at)
+            at[faults[i].at] = 'A';
+        CHECK(vol_exr_read(&bytes, "x", &again, &err) == VOL_BAD_INPUT);
+        if (!strstr(err.text, faults[i].why))
+            FAIL("no '%s' in '%s'", faults[i].why, err.text);
+        vol_bytes_free(&bytes);
+    }
+    vol_image_free(&image);
+}
+
 static void test_header_only(void)
 {
     VolImage image;
@@ -372,6 +401,7 @@ int main(void)
     RUN(test_flipped);
     RUN(test_bombs);
     RUN(test_named_damage);
+    RUN(test_required_attributes);
     RUN(test_header_only);
     return test_end();
 }
