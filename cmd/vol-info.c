@@ -63,7 +63,7 @@ static VolStatus inspect(const Run *run, VolInspection *out, VolBytes *plot, Vol
     case VOL_KIND_EXR:
         status = inspect_exr(&bytes, name, headers_only, out, err);
         if (!status && options.plot)
-            status = vol_picture_png(&bytes, name, plot, err);
+            status = vol_picture_png(&bytes, name, &run->log, plot, err);
         break;
     default:
         status = run_wrong_kind("cannot inspect", name, "VDB or EXR", &bytes, err);

@@ -9,10 +9,10 @@
 #include "cmd/shell/program.h"
 #include "cmd/shell/stamp.h"
 #include "io/exr.h"
-#include "io/pixels.h"
 #include "io/vdb.h"
 #include "load/look.h"
 #include "load/volume.h"
+#include "render/backdrop.h"
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/frame.h"
@@ -83,7 +83,7 @@ typedef struct Job {
     VolLight *lights;
     VolClip *clips;
     VolCamera camera;
-    VolPixels picture;
+    float *picture; /* the background, if it is one */
     VolScene scene;
     VolFrame frame;
     uint64_t digests[3][2]; /* of the volume, the transfer function and the background */
@@ -279,44 +279,27 @@ static VolStatus set_camera(Job *job, VolError *err)
 static VolStatus set_backdrop(Job *job, VolError *err)
 {
     double *color = job->frame.backdrop.color;
-    job->scene.background_max = 0;
-    if (vol_parse_reals(options.background, color, 3, 3) == 3) {
-        for (int c = 0; c < 3; c++)
-            job->scene.background_max = fmax(job->scene.background_max, fabs(color[c]));
-        return VOL_OK;
+    bool is_file;
+    VolStatus status = vol_backdrop_parse(options.background, access(options.background, F_OK) == 0, color, &is_file, err);
+    if (status || !is_file) {
+        job->scene.background_max = fmax(fabs(color[0]), fmax(fabs(color[1]), fabs(color[2])));
+        return status;
     }
     VolBytes bytes;
-    VolStatus status = run_read(job->run, options.background, &bytes, err);
+    VolPixels pixels;
+    const char *name = vol_input_name(options.background);
+    status = run_read(job->run, options.background, &bytes, err);
     if (status)
         return status;
     add_digest(job, &bytes);
-    status = vol_pixels_read(&bytes, vol_input_name(options.background), false, &job->picture, err);
+    status = vol_pixels_read(&bytes, name, VOL_PIXELS_COLOR, &job->run->log, &pixels, err);
     vol_bytes_free(&bytes);
-    if (status)
-        return status;
-    VolPixels *p = &job->picture;
-    if (p->width != options.size.width || p->height != options.size.height)
-        return vol_fail(err, VOL_BAD_INPUT, "background '%s' is %dx%d, the picture %" PRId64 "x%" PRId64,
-                        vol_input_name(options.background), p->width, p->height, options.size.width, options.size.height);
-    size_t pixels = (size_t)p->width * (size_t)p->height;
-    float *rgb = vol_alloc(pixels, 3 * sizeof *rgb);
-    if (!rgb)
-        return vol_fail_memory(err, pixels * 3 * sizeof *rgb);
-    for (size_t i = 0; i < pixels; i++)
-        for (size_t c = 0; c < 3; c++) {
-            float v = p->data[i * (size_t)p->channels + (p->channels >= 3 ? c : 0)];
-            rgb[i * 3 + c] = v;
-            if (!isfinite(v)) {
-                free(rgb);
-                return vol_fail(err, VOL_BAD_INPUT, "background '%s' has a pixel that is NaN or infinite",
-                                vol_input_name(options.background));
-            }
-            job->scene.background_max = fmax(job->scene.background_max, fabs((double)v));
-        }
-    free(p->data);
-    p->data = rgb;
-    job->frame.backdrop.picture = rgb;
-    return VOL_OK;
+    if (!status)
+        status = vol_backdrop_fit(&pixels, name, options.size.width, options.size.height, &job->run->log, &job->picture,
+                                  &job->scene.background_max, err);
+    vol_pixels_free(&pixels);
+    job->frame.backdrop.picture = job->picture;
+    return status;
 }
 
 /* Values of another magnitude than the nodes': a transfer function for numbers from 0 to 1 on those of a scanner. */
@@ -517,7 +500,7 @@ static VolStatus vol_render(const Run *run, VolError *err)
     if (!status)
         status = options.probe.count ? probe(&job, err) : render(&job, err);
     vol_scene_release(&job.scene);
-    vol_pixels_free(&job.picture);
+    free(job.picture);
     vol_grid_free(job.grid);
     vol_look_free(&job.look);
     free(job.prior_history);

@@ -28,11 +28,11 @@ static void show_pixel(const float *color, size_t channels, unsigned char rgb[3]
     }
 }
 
-VolStatus vol_picture_png(const VolBytes *exr, const char *name, VolBytes *png, VolError *err)
+VolStatus vol_picture_png(const VolBytes *exr, const char *name, const VolLog *log, VolBytes *png, VolError *err)
 {
     VolPixels pixels;
     *png = (VolBytes){0};
-    VolStatus status = vol_pixels_read(exr, name, false, &pixels, err);
+    VolStatus status = vol_pixels_read(exr, name, VOL_PIXELS_LOOK, log, &pixels, err);
     if (status)
         return status;
     size_t count = (size_t)pixels.width * (size_t)pixels.height, stride = (size_t)pixels.channels;

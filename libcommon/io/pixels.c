@@ -3,13 +3,14 @@
 #include <limits.h>
 #include <math.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "adapters/image.h"
 #include "base/fmath.h"
 #include "base/plugin.h"
-#include "io/exr.h"
+#include "io/pixels_exr.h"
 
 void vol_pixels_free(VolPixels *pixels)
 {
@@ -34,52 +35,61 @@ static VolStatus take(VolPixels *out, size_t width, size_t height, int channels,
     size_t count;
     if (width > INT_MAX || height > INT_MAX || __builtin_mul_overflow(width * height, (size_t)channels, &count))
         return vol_fail_memory(err, SIZE_MAX);
-    *out = (VolPixels){.width = (int)width, .height = (int)height, .channels = channels};
+    VolBox2 all = {0, 0, (int32_t)width - 1, (int32_t)height - 1};
+    *out = (VolPixels){.width = (int)width, .height = (int)height, .channels = channels, .window = all, .frame = all};
     out->data = vol_alloc(count, sizeof *out->data);
     return out->data ? VOL_OK : vol_fail_memory(err, count * sizeof *out->data);
 }
 
 /* ---- EXR ----------------------------------------------------------------------------------------------------------- */
 
-/* Which channels make the picture: R G B [A], Y, or the only one.  Returns how many, 0 for none. */
-static int choose_channels(const VolPart *part, const float *planes[4])
+/* "cannot use EXR 'x': no channels R G B, nor luminance, among Z, id" */
+static VolStatus no_picture(const VolImage *image, const char *name, VolError *err)
 {
-    static const char *const names[] = {"R", "G", "B", "A"};
-    int n = 0;
-    for (; n < 4; n++) {
-        const VolChannel *channel = vol_part_channel(part, names[n]);
-        if (!channel)
-            break;
-        planes[n] = channel->data;
-    }
-    if (n >= 3)
-        return n;
-    const VolChannel *y = vol_part_channel(part, "Y");
-    if (!y && part->channel_count == 1)
-        y = &part->channels[0];
-    if (!y)
-        return 0;
-    planes[0] = y->data;
-    return 1;
+    char list[200] = "";
+    size_t length = 0;
+    for (size_t p = 0; p < image->part_count; p++)
+        for (size_t c = 0; c < image->parts[p].channel_count && length < sizeof list; c++)
+            length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", length ? " " : "",
+                                       image->parts[p].channels[c].name);
+    return vol_fail(err, VOL_BAD_INPUT, "cannot use EXR '%s': no channels R G B, nor luminance (Y), among %s%s", name, list,
+                    length >= sizeof list ? " ..." : "");
 }
 
-static VolStatus from_exr(const VolBytes *bytes, const char *name, VolPixels *out, VolError *err)
+static void tell_choice(const VolImage *image, const VolColors *colors, const char *name, const VolLog *log)
+{
+    const VolPart *part = &image->parts[colors->part];
+    char what[200];
+    if (colors->layer[0])
+        snprintf(what, sizeof what, "layer '%s' of part %zu", colors->layer, colors->part);
+    else
+        snprintf(what, sizeof what, "part %zu%s%.100s%s", colors->part, part->name ? " ('" : "", part->name ? part->name : "",
+                 part->name ? "')" : "");
+    if (colors->rivals)
+        vol_warn(log, "the picture is %s of '%s': %zu more could be meant", what, name, colors->rivals);
+    else if (image->part_count > 1 || colors->layer[0])
+        vol_note(log, "the picture is %s of '%s'", what, name);
+}
+
+static VolStatus from_exr(const VolBytes *bytes, const char *name, VolPixelsUse use, const VolLog *log, VolPixels *out,
+                          VolError *err)
 {
     VolImage image;
     VolStatus status = vol_exr_read(bytes, name, &image, err);
     if (status)
         return status;
-    const VolPart *part = &image.parts[0];
-    const float *planes[4];
-    int channels = choose_channels(part, planes);
+    VolColors colors = vol_exr_colors(&image, use);
+    const VolPart *part = &image.parts[colors.part];
     size_t width = vol_box2_width(part->data_window), height = vol_box2_height(part->data_window);
-    if (channels == 0)
-        status = vol_fail(err, VOL_BAD_INPUT, "cannot use EXR '%s': no channels R G B, nor Y, nor a single one", name);
-    else
-        status = take(out, width, height, channels, err);
+    status = colors.count ? take(out, width, height, colors.count, err) : no_picture(&image, name, err);
+    if (!status) {
+        out->window = part->data_window;
+        out->frame = part->display_window;
+        tell_choice(&image, &colors, name, log);
+    }
     for (size_t i = 0; i < width * height && !status; i++)
-        for (int c = 0; c < channels; c++)
-            out->data[i * (size_t)channels + (size_t)c] = planes[c][i];
+        for (int c = 0; c < colors.count; c++)
+            out->data[i * (size_t)colors.count + (size_t)c] = colors.channels[c]->data[i];
     vol_image_free(&image);
     return status;
 }
@@ -173,16 +183,17 @@ static VolStatus from_other(const VolBytes *bytes, const char *name, const char 
     return status;
 }
 
-VolStatus vol_pixels_read(const VolBytes *bytes, const char *name, bool raw, VolPixels *out, VolError *err)
+VolStatus vol_pixels_read(const VolBytes *bytes, const char *name, VolPixelsUse use, const VolLog *log, VolPixels *out,
+                          VolError *err)
 {
     *out = (VolPixels){0};
     if (bytes->size >= 4 && memcmp(bytes->data, "\x76\x2f\x31\x01", 4) == 0)
-        return from_exr(bytes, name, out, err);
+        return from_exr(bytes, name, use, log, out, err);
     const char *format = format_of(bytes);
     if (!format)
         return vol_fail(err, VOL_BAD_INPUT, "cannot read image '%s': not EXR, Radiance HDR, PNG, JPEG or TIFF",
                         name);
-    return from_other(bytes, name, format, raw, out, err);
+    return from_other(bytes, name, format, use == VOL_PIXELS_DATA, out, err);
 }
 
 VolStatus vol_png_encode(const unsigned char *rgb, int width, int height, VolBytes *out, VolError *err)

@@ -1,4 +1,5 @@
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "io/exr.h"
@@ -6,6 +7,17 @@
 #include "tests/unit/test.h"
 
 static VolError err;
+
+/* What was said last: "w" for a warning or "n" for a note before it. */
+static char said[300];
+
+static void hear(void *user, VolSeverity severity, const char *line)
+{
+    (void)user;
+    snprintf(said, sizeof said, "%c %s", severity == VOL_WARNING ? 'w' : 'n', line);
+}
+
+static const VolLog ears = {hear, NULL};
 
 /* A 16 x 16 JPEG, all 128; one RGBA pixel 65535, 32896, 0, 32768 as PNG. */
 static const unsigned char sample_jpeg[653] = {
@@ -40,13 +52,18 @@ static const unsigned char sample_png_alpha[95] = {
     0,17,73,68,65,84,8,153,99,248,255,191,161,129,129,161,129,1,0,21,122,3,127,220,97,216,206,0,
     0,0,0,73,69,78,68,174,66,96,130};
 
-static VolStatus read_copy(const void *data, size_t size, bool raw, VolPixels *out)
+static VolStatus read_as(const void *data, size_t size, VolPixelsUse use, VolPixels *out)
 {
     unsigned char *copy = malloc(size ? size : 1);
     memcpy(copy, data, size);
-    VolStatus status = vol_pixels_read(&(VolBytes){copy, size, false}, "picture", raw, out, &err);
+    VolStatus status = vol_pixels_read(&(VolBytes){copy, size, false}, "picture", use, &ears, out, &err);
     free(copy);
     return status;
+}
+
+static VolStatus read_copy(const void *data, size_t size, bool raw, VolPixels *out)
+{
+    return read_as(data, size, raw ? VOL_PIXELS_DATA : VOL_PIXELS_COLOR, out);
 }
 
 static void check_read(const void *data, size_t size, bool raw, int width, int height, int channels, const double *want)
@@ -164,6 +181,89 @@ static void test_exr(void)
     vol_image_free(&image);
 }
 
+/* A part and a channel by its number in the file ("1 rgba.R", "0 Z"), all of 2 x 1 pixels; values are 1, 2, ... */
+static VolBytes exr_of(const char *const *names)
+{
+    VolImage image = {0};
+    VolBytes bytes;
+    VolBox2 window = {-1, 4, 0, 4}, frame = {0, 0, 9, 9};
+    for (int i = 0; names[i]; i++) {
+        size_t p = (size_t)(names[i][0] - '0');
+        VolPart *part;
+        VolChannel *channel;
+        while (image.part_count <= p)
+            CHECK(!vol_image_add_part(&image, (const char *[]){"zero", "one", "beauty"}[image.part_count], window, frame,
+                                      &part, &err));
+        CHECK(!vol_part_add_channel(&image.parts[p], names[i] + 2, VOL_PIXEL_FLOAT, &channel, &err));
+        channel->data[0] = (float)(i + 1);
+    }
+    CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
+    vol_image_free(&image);
+    return bytes;
+}
+
+typedef struct Choice {
+    const char *names[10];
+    int want[4];           /* channels by their place in `names`, from 1; all 0: refused */
+    const char *say;       /* part of a warning or note; NULL: silence */
+} Choice;
+
+static void check_choice(const Choice *choice, VolPixelsUse use)
+{
+    VolBytes bytes = exr_of(choice->names);
+    VolPixels pixels;
+    said[0] = 0;
+    VolStatus status = read_as(bytes.data, bytes.size, use, &pixels);
+    if (status != (choice->want[0] ? VOL_OK : VOL_BAD_INPUT))
+        FAIL("%s, ...: status %d, %s", choice->names[0], status, err.text);
+    else if (status)
+        CHECK(strstr(err.text, "no channels R G B, nor luminance (Y), among "));
+    else
+        for (int c = 0; c < pixels.channels; c++)
+            if (pixels.data[c] != (float)choice->want[c])
+                FAIL("%s, ...: channel %d is %g", choice->names[0], c, (double)pixels.data[c]);
+    if (choice->say ? !strstr(said, choice->say) : said[0])
+        FAIL("%s, ...: says '%s'", choice->names[0], said);
+    CHECK(status || (pixels.window.x0 == -1 && pixels.window.y1 == 4 && pixels.frame.x0 == 0 && pixels.frame.y1 == 9));
+    vol_pixels_free(&pixels);
+    vol_bytes_free(&bytes);
+}
+
+/* Colours wherever they are; depth, coordinates and the like are none. */
+static void test_exr_colors(void)
+{
+    static const Choice choices[] = {
+        {{"0 B", "0 G", "0 R"}, {3, 2, 1}, NULL},
+        {{"0 R", "0 G", "0 B", "0 A", "0 Z", "0 N.R", "0 N.G", "0 N.B"}, {1, 2, 3, 4}, NULL},
+        {{"0 Z", "1 R", "1 G", "1 B", "1 A"}, {2, 3, 4, 5}, "n the picture is part 1 ('one')"},
+        {{"0 Y", "1 R", "1 G", "1 B"}, {2, 3, 4}, "n "},
+        {{"0 Z", "0 rgba.R", "0 rgba.G", "0 rgba.B", "0 rgba.A"}, {2, 3, 4, 5}, "n the picture is layer 'rgba' of part 0"},
+        {{"0 View.AO.R", "0 View.AO.G", "0 View.AO.B", "0 View.Combined.R", "0 View.Combined.G", "0 View.Combined.B"},
+         {4, 5, 6}, "n the picture is layer 'View.Combined'"},
+        {{"0 a.R", "0 a.G", "0 a.B", "0 b.R", "0 b.G", "0 b.B"}, {1, 2, 3}, "w the picture is layer 'a' of part 0"},
+        {{"0 R", "0 G", "0 B", "1 R", "1 G", "1 B"}, {1, 2, 3}, "w the picture is part 0 ('zero') of 'picture': 1 more"},
+        {{"0 R", "0 G", "0 B", "2 R", "2 G", "2 B", "1 Z"}, {4, 5, 6}, "n the picture is part 2 ('beauty')"},
+        {{"0 red", "0 green", "0 blue"}, {1, 2, 3}, NULL},
+        {{"0 Y"}, {1}, NULL},
+        {{"0 Z", "1 Y"}, {2}, "n the picture is part 1"},
+        {{"0 R"}, {1}, NULL},
+        {{"0 Z"}, {0}, NULL},
+        {{"0 depth"}, {0}, NULL},
+        {{"0 A"}, {0}, NULL},
+        {{"0 Z", "1 Z"}, {0}, NULL},
+        {{"0 X", "0 Y", "0 Z"}, {0}, NULL},
+        {{"0 N.X", "0 N.Y", "0 N.Z"}, {0}, NULL},
+        {{"0 Y", "0 RY", "0 BY"}, {0}, NULL},
+        {{"0 R", "0 G"}, {0}, NULL},
+        {{"0 a.R", "0 b.G", "0 b.B"}, {0}, NULL},
+    };
+    for (size_t i = 0; i < sizeof choices / sizeof *choices; i++)
+        check_choice(&choices[i], VOL_PIXELS_COLOR);
+    static const Choice looks[] = {{{"0 Z"}, {1}, NULL}, {{"0 Z", "1 R", "1 G", "1 B"}, {2, 3, 4}, "n "}};
+    for (size_t i = 0; i < sizeof looks / sizeof *looks; i++)
+        check_choice(&looks[i], VOL_PIXELS_LOOK);
+}
+
 static void test_refused(void)
 {
     VolPixels pixels;
@@ -184,6 +284,7 @@ int main(void)
     RUN(test_radiance);
     RUN(test_tiff_heights);
     RUN(test_exr);
+    RUN(test_exr_colors);
     RUN(test_refused);
     return test_end();
 }

@@ -54,5 +54,9 @@ done <<END
 --probe 0,-1
 --probe 1
 --depth quarter
+--background white
+--background 1,1
+--background #ffffff
+--background 0.5
 END
 finish
