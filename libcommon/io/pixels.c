@@ -63,8 +63,8 @@ static void tell_choice(const VolImage *image, const VolColors *colors, const ch
     if (colors->layer[0])
         snprintf(what, sizeof what, "layer '%s' of part %zu", colors->layer, colors->part);
     else
-        snprintf(what, sizeof what, "part %zu%s%.100s%s", colors->part, part->name ? " ('" : "", part->name ? part->name : "",
-                 part->name ? "')" : "");
+        snprintf(what, sizeof what, "part %zu%s%.100s%s", colors->part, part->name ? " ('" : "",
+                 part->name ? part->name : "", part->name ? "')" : "");
     if (colors->rivals)
         vol_warn(log, "the picture is %s of '%s': %zu more could be meant", what, name, colors->rivals);
     else if (image->part_count > 1 || colors->layer[0])

@@ -115,21 +115,46 @@ static int64_t free_from(const VolImage *images, size_t count, size_t p, int64_t
     return x;
 }
 
-static VolStatus check_holes(const VolImage *images, size_t count, size_t p, VolError *err)
+/* The first line below `y` where another set of crops begins to lie; past the frame: `bottom` + 1. */
+static int64_t next_change(const VolImage *images, size_t count, size_t p, int64_t y, int64_t bottom)
+{
+    int64_t next = bottom + 1;
+    for (size_t i = 0; i < count; i++) {
+        VolBox2 b = images[i].parts[p].data_window;
+        if (b.y0 > y && b.y0 < next)
+            next = b.y0;
+        if (b.y1 + INT64_C(1) > y && b.y1 + INT64_C(1) < next)
+            next = b.y1 + INT64_C(1);
+    }
+    return next;
+}
+
+static VolStatus tell_hole(const VolImage *images, size_t count, size_t p, VolError *err)
 {
     const VolPart *part = &images[0].parts[p];
     VolBox2 frame = part->display_window;
-    for (int64_t y = frame.y0; y <= frame.y1; y++) {
-        int64_t end, x = free_from(images, count, p, frame.x0, y, frame.x1, &end);
-        if (x > frame.x1)
-            continue;
-        int64_t below, last = y; /* the hole goes down while the same stretch is free */
-        while (last < frame.y1 && free_from(images, count, p, x, last + 1, frame.x1, &below) == x && below >= end)
-            last++;
-        return vol_fail(err, VOL_NO, "cannot join '%s': a hole at (%lld,%lld)-(%lld,%lld)",
-                        part->name ? part->name : "frame", (long long)x, (long long)y, (long long)end, (long long)last);
+    int64_t y = frame.y0, end, x;
+    while ((x = free_from(images, count, p, frame.x0, y, frame.x1, &end)) > frame.x1)
+        y = next_change(images, count, p, y, frame.y1);
+    int64_t below, next = y; /* the hole goes down while the same stretch is free */
+    do
+        next = next_change(images, count, p, next, frame.y1);
+    while (next <= frame.y1 && free_from(images, count, p, x, next, frame.x1, &below) == x && below >= end);
+    return vol_fail(err, VOL_NO, "cannot join '%s': a hole at (%lld,%lld)-(%lld,%lld)", part->name ? part->name : "frame",
+                    (long long)x, (long long)y, (long long)end, (long long)next - 1);
+}
+
+/* Crops that do not overlap and lie within the frame cover it if they have as many pixels.  So the work, and the memory
+ * that is taken for the frame, are those of the crops, whatever a display window claims. */
+static VolStatus check_holes(const VolImage *images, size_t count, size_t p, VolError *err)
+{
+    VolBox2 frame = images[0].parts[p].display_window;
+    uint64_t covered = 0;
+    for (size_t i = 0; i < count; i++) {
+        VolBox2 b = images[i].parts[p].data_window;
+        covered += (uint64_t)vol_box2_width(b) * vol_box2_height(b);
     }
-    return VOL_OK;
+    return covered == (uint64_t)vol_box2_width(frame) * vol_box2_height(frame) ? VOL_OK : tell_hole(images, count, p, err);
 }
 
 /* ---- Joining ------------------------------------------------------------------------------------------------------- */

@@ -24,7 +24,8 @@ VolStatus vol_backdrop_parse(const char *text, bool exists, double color[3], boo
     if (*is_file)
         return VOL_OK;
     return vol_fail(err, VOL_USAGE,
-                    "--background '%s': neither a file nor a colour: colours are three numbers R,G,B, so 1,1,1 is white", text);
+                    "--background '%s': neither a file nor a colour: colours are three numbers R,G,B, so 1,1,1 is white",
+                    text);
 }
 
 static bool has_size(VolBox2 box, int64_t width, int64_t height)
@@ -45,8 +46,9 @@ static VolStatus choose_origin(const VolPixels *pixels, const char *name, int64_
     }
     int64_t frame_width = (int64_t)frame.x1 - frame.x0 + 1, frame_height = (int64_t)frame.y1 - frame.y0 + 1;
     if (has_size(frame, pixels->width, pixels->height))
-        return vol_fail(err, VOL_BAD_INPUT, "background '%s' is %dx%d, the picture %" PRId64 "x%" PRId64 ": give --size %dx%d",
-                        name, pixels->width, pixels->height, width, height, pixels->width, pixels->height);
+        return vol_fail(err, VOL_BAD_INPUT,
+                        "background '%s' is %dx%d, the picture %" PRId64 "x%" PRId64 ": give --size %dx%d", name,
+                        pixels->width, pixels->height, width, height, pixels->width, pixels->height);
     return vol_fail(err, VOL_BAD_INPUT,
                     "background '%s' shows %" PRId64 "x%" PRId64 " of its %dx%d pixels, the picture is %" PRId64 "x%" PRId64
                     ": give --size %" PRId64 "x%" PRId64 ", or %dx%d for all",

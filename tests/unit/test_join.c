@@ -67,6 +67,56 @@ static void test_holes(void)
     free_all(crops, 4);
 }
 
+/* Whatever a display window claims, the hole is found at once and no memory taken for the frame. */
+static void test_huge_frame(void)
+{
+    VolImage crops[3] = {crop(0, 0, 9, 3), crop(0, 4, 2, 7), crop(5, 6, 9, 7)}, joined;
+    for (size_t i = 0; i < 3; i++)
+        for (size_t p = 0; p < 2; p++)
+            crops[i].parts[p].display_window = (VolBox2){INT32_MIN, INT32_MIN, INT32_MAX, INT32_MAX};
+    CHECK(join(crops, 3, &joined) == VOL_NO);
+    CHECK(strstr(err.text, "a hole at (-2147483648,-2147483648)-(2147483647,-1)"));
+    for (size_t i = 0; i < 3; i++)
+        for (size_t p = 0; p < 2; p++)
+            crops[i].parts[p].display_window = (VolBox2){0, 0, 9, INT32_MAX};
+    CHECK(join(crops, 1, &joined) == VOL_NO);
+    CHECK(strstr(err.text, "a hole at (0,4)-(9,2147483647)"));
+    CHECK(join(crops, 3, &joined) == VOL_NO);
+    CHECK(strstr(err.text, "a hole at (3,4)-(9,5)"));
+    free_all(crops, 3);
+}
+
+/* Frames cut into strips, columns and tiles at random: whole, or with a tile missing whose corner is named. */
+static void test_random_cuts(void)
+{
+    unsigned seed = 1;
+    for (int round = 0; round < 200; round++) {
+        VolImage crops[16], joined;
+        int xs[5] = {0, 0, 0, 0, 10}, ys[5] = {0, 0, 0, 0, 8};
+        size_t count = 0, missing = (size_t)round % 17;
+        for (int i = 1; i < 4; i++) {
+            xs[i] = xs[i - 1] + (int)((seed = seed * 1664525U + 1013904223U) >> 16) % (10 - xs[i - 1]);
+            ys[i] = ys[i - 1] + (int)((seed = seed * 1664525U + 1013904223U) >> 16) % (8 - ys[i - 1]);
+        }
+        char hole[40] = "";
+        for (int j = 0, n = 0; j < 4; j++)
+            for (int i = 0; i < 4; i++, n++) {
+                if (xs[i] == xs[i + 1] || ys[j] == ys[j + 1])
+                    continue;
+                if ((size_t)n == missing)
+                    snprintf(hole, sizeof hole, "(%d,%d)-(%d,%d)", xs[i], ys[j], xs[i + 1] - 1, ys[j + 1] - 1);
+                else
+                    crops[count++] = crop(xs[i], ys[j], xs[i + 1] - 1, ys[j + 1] - 1);
+            }
+        VolStatus status = count ? vol_join_images(crops, (const char *[16]){"x"}, count, &joined, &err) : VOL_NO;
+        CHECK(status == (hole[0] || !count ? VOL_NO : VOL_OK));
+        CHECK(!count || !hole[0] || strstr(err.text, hole));
+        if (status == VOL_OK)
+            vol_image_free(&joined);
+        free_all(crops, count);
+    }
+}
+
 static void test_overlap(void)
 {
     VolImage crops[2] = {crop(0, 0, 5, 7), crop(4, 2, 9, 7)}, joined;
@@ -112,6 +162,8 @@ int main(void)
 {
     RUN(test_whole);
     RUN(test_holes);
+    RUN(test_huge_frame);
+    RUN(test_random_cuts);
     RUN(test_overlap);
     RUN(test_strangers);
     return test_end();
