@@ -40,6 +40,7 @@ static VolStatus join_main(const Run *run, VolError *err)
     VolStatus status = run_check_output(run, true, err);
     if (status)
         return status;
+    run_warn_of_name(run, run->common->output, "EXR");
     VolImage *crops = vol_alloc_zero(count, sizeof *crops);
     const char **names = vol_alloc_zero(count, sizeof *names);
     if (!crops || !names)

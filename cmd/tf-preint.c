@@ -85,6 +85,10 @@ static VolStatus parse_options(const Run *run, unsigned *parts, VolPreintOptions
         return vol_fail(err, VOL_USAGE, "--step in voxels: of which volume, --volume must say");
     if (options.range && (vol_parse_reals(options.range, range, 2, 2) != 2 || !(range[0] < range[1])))
         return vol_fail(err, VOL_USAGE, "--range '%s': want LO,HI with LO below HI", options.range);
+    if (!full && (run_given(run, "step") || run_given(run, "octaves")))
+        vol_warn(&run->log, "--%s has no effect without the part full", run_given(run, "step") ? "step" : "octaves");
+    if (options.grid && !options.volume)
+        vol_warn(&run->log, "--grid has no effect without --volume");
     *out = (VolPreintOptions){.lo = range[0], .hi = range[1], .n = (size_t)options.size, .step = options.step.value,
                               .octaves = full ? (size_t)options.octaves : 0, .change = INFINITY, .threads = run->threads,
                               .cpu = run->cpu};
@@ -275,6 +279,10 @@ static VolStatus tf_preint(const Run *run, VolError *err)
         status = vol_fail(err, VOL_USAGE, "option --plot: wants a file, stdout is for tables");
     if (!status && tables_wanted)
         status = run_check_output(run, true, err);
+    if (!status && tables_wanted)
+        run_warn_of_name(run, run->common->output, "EXR");
+    if (!status && options.plot)
+        run_warn_of_name(run, options.plot, "PNG");
     if (!status && options.volume)
         status = load_volume(&job, err);
     if (!status)

@@ -37,6 +37,8 @@ static VolStatus diff_images(const Run *run, VolBytes bytes[2], const char *name
     if (!status)
         status = vol_exr_read(&bytes[1], names[1], &image[1], err);
     bool wanted = difference_wanted(run);
+    if (wanted)
+        run_warn_of_name(run, run->common->output, "EXR");
     if (!status)
         status = vol_compare_images(&image[0], &image[1], tolerance, report, wanted ? &difference : NULL, err);
     VolBytes exr = {0};

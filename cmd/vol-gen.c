@@ -153,6 +153,7 @@ static VolStatus vol_gen(const Run *run, VolError *err)
         return vol_fail(err, VOL_USAGE, "unknown kind of volume '%s': there is 'field'", words->words[0]);
     if (words->count != 2)
         return vol_fail(err, VOL_USAGE, "what to make is missing: 'field NAME' ('field list' lists the names)");
+    run_warn_of_name(run, run->common->output, "VDB");
 
     VolFieldCase field;
     VolFieldBox box = {0};

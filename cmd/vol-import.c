@@ -221,6 +221,7 @@ static VolStatus vol_import(const Run *run, VolError *err)
     size_t count = 0;
     Account account = {.run = run};
     VolImported imported = {0};
+    run_warn_of_name(run, run->common->output, "VDB");
     VolStatus status = list_inputs(run, &names, &count, err);
     if (!status)
         status = import_inputs(run, (const char *const *)names, count, &account, &imported, err);

@@ -93,6 +93,8 @@ static VolStatus info_main(const Run *run, VolError *err)
 {
     if (options.plot && strcmp(options.plot, "-") == 0)
         return vol_fail(err, VOL_USAGE, "option --plot: stdout is taken by the description");
+    if (options.plot)
+        run_warn_of_name(run, options.plot, "PNG");
     VolInspection inspection = {0};
     VolBytes text = {0}, plot = {0};
     VolStatus status = inspect(run, &inspection, &plot, err);

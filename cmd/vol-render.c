@@ -1,11 +1,13 @@
 /* vol-render: VDB and a transfer function in, the image out as EXR. */
 #include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "base/hash.h"
+#include "base/memory.h"
 #include "cmd/shell/program.h"
 #include "cmd/shell/stamp.h"
 #include "io/exr.h"
@@ -252,8 +254,6 @@ static VolStatus camera_from_file(Job *job, VolError *err)
 static VolStatus set_camera(Job *job, VolError *err)
 {
     const Run *run = job->run;
-    if (options.size.width > 1 << 20 || options.size.height > 1 << 20)
-        return vol_fail(err, VOL_USAGE, "--size: more than %d pixels across", 1 << 20);
     VolStatus status;
     if (options.camera) {
         if (run_given(run, "eye") || run_given(run, "look-at") || run_given(run, "ortho") || run_given(run, "fov") ||
@@ -471,7 +471,7 @@ static VolStatus render(Job *job, VolError *err)
     VolFilm film;
     status = vol_film_begin(&job->frame, crop.x, crop.y, crop.width, crop.height, options.depth == 1, &image, &film, err);
     if (status)
-        return status;
+        return vol_fail_within(err, status, "--size %" PRId64 "x%" PRId64, options.size.width, options.size.height);
     vol_stats_stage(job->run->stats, "prepare");
     status = vol_frame_render(&job->frame, crop.x, crop.y, crop.width, crop.height, job->run->threads, show_progress,
                               (void *)job->run, vol_film_put, &film, &counts, err);
@@ -485,10 +485,41 @@ static VolStatus render(Job *job, VolError *err)
     return status;
 }
 
+static void warn_of_unused(const Run *run)
+{
+    if (options.estimator == VOL_ESTIMATE_EXACT && run_given(run, "step"))
+        vol_warn(&run->log, "--step has no effect: the estimator exact takes no steps (full, integrals and direct do)");
+    if (options.probe.count && (run_given(run, "crop") || run_given(run, "depth")))
+        vol_warn(&run->log, "--%s has no effect: with --probe there is no image", run_given(run, "crop") ? "crop" : "depth");
+}
+
+/* Before anything is read: whether there is memory for R, G, B and A at least. */
+static VolStatus check_size(const Run *run, VolError *err)
+{
+    enum { LEAST = 4 * sizeof(float), MOST_ACROSS = 1 << 20 };
+    char what[120];
+    VolCrop part = options.crop;
+    if (options.size.width > MOST_ACROSS || options.size.height > MOST_ACROSS)
+        return vol_fail(err, VOL_USAGE, "--size %" PRId64 "x%" PRId64 ": more than %d pixels across", options.size.width,
+                        options.size.height, MOST_ACROSS);
+    VolStatus status = options.probe.count ? VOL_OK : check_crop(&part, err);
+    if (status || options.probe.count)
+        return status;
+    snprintf(what, sizeof what, "--%s %" PRId64 "x%" PRId64, run_given(run, "crop") ? "crop" : "size", part.width,
+             part.height);
+    return vol_memory_check((uint64_t)part.width * (uint64_t)part.height * LEAST, what,
+                            "make it smaller, or render parts of it with --crop", err);
+}
+
 static VolStatus vol_render(const Run *run, VolError *err)
 {
     Job job = {.run = run};
     VolStatus status = options.probe.count ? VOL_OK : run_check_output(run, true, err);
+    warn_of_unused(run);
+    if (!status)
+        status = check_size(run, err);
+    if (!status && !options.probe.count)
+        run_warn_of_name(run, run->common->output, "EXR");
     if (!status)
         status = read_look(&job, err);
     if (!status)

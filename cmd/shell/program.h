@@ -59,6 +59,9 @@ VolStatus run_check_output(const Run *run, bool binary, VolError *err);
 /* Writes the output to -o.  `binary`: refused on a terminal without -f.  -n is handled by program_main before main. */
 VolStatus run_write(const Run *run, const void *data, size_t size, bool binary, VolError *err);
 
+/* Warns of an output whose name ends like one of another format than the one that is written ("EXR"): out.png. */
+void run_warn_of_name(const Run *run, const char *path, const char *format);
+
 /* Progress 0..1, from one thread or under the caller's lock; draws at most 4 times a second, only where asked. */
 void run_progress(const Run *run, double fraction);
 

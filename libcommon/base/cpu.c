@@ -8,6 +8,8 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/cgroup.h"
+
 static const char *const names[] = {"scalar", "avx2", "avx512", "neon"};
 
 static bool machine_has(VolCpu cpu)
@@ -83,17 +85,6 @@ static int affinity_count(void)
     return online > 0 && online < 1 << 20 ? (int)online : 1;
 }
 
-/* First line of a file; false where it cannot be read. */
-static bool read_line(const char *path, char *line, size_t size)
-{
-    FILE *file = fopen(path, "re");
-    if (!file)
-        return false;
-    bool read = fgets(line, (int)size, file) != NULL;
-    fclose(file);
-    return read;
-}
-
 static int rounded_up(double quota, double period, int limit)
 {
     if (!(quota > 0) || !(period > 0) || quota / period >= limit)
@@ -102,60 +93,23 @@ static int rounded_up(double quota, double period, int limit)
     return whole < quota / period ? whole + 1 : whole;
 }
 
-static int quota_of_folder(const char *folder, int limit)
+/* Lowers *user to what a group is granted. */
+static void heed_quota(void *user, const char *folder)
 {
-    char path[4352], line[128];
+    int *limit = user;
+    char line[128];
     double quota, period;
-    snprintf(path, sizeof path, "%s/cpu.max", folder); /* version 2: "QUOTA PERIOD" or "max PERIOD" */
-    if (read_line(path, line, sizeof line) && sscanf(line, "%lf %lf", &quota, &period) == 2)
-        return rounded_up(quota, period, limit);
-    snprintf(path, sizeof path, "%s/cpu.cfs_quota_us", folder); /* version 1: -1 where there is no limit */
-    if (!read_line(path, line, sizeof line) || sscanf(line, "%lf", &quota) != 1)
-        return limit;
-    snprintf(path, sizeof path, "%s/cpu.cfs_period_us", folder);
-    if (!read_line(path, line, sizeof line) || sscanf(line, "%lf", &period) != 1)
-        return limit;
-    return rounded_up(quota, period, limit);
-}
-
-/* The tightest limit of our group and of those above it. */
-static int quota_of_group(const char *mount, const char *group, int limit)
-{
-    char folder[4200];
-    snprintf(folder, sizeof folder, "%s%s", mount, group);
-    for (;;) {
-        limit = quota_of_folder(folder, limit);
-        char *slash = strrchr(folder, '/');
-        if (!slash || (size_t)(slash - folder) < strlen(mount))
-            return limit;
-        *slash = 0;
-    }
-}
-
-static int cgroup_limit(int limit)
-{
-    FILE *file = fopen("/proc/self/cgroup", "re");
-    if (!file)
-        return limit;
-    char line[4096];
-    while (fgets(line, sizeof line, file)) {
-        line[strcspn(line, "\n")] = 0;
-        char *controllers = strchr(line, ':');
-        char *group = controllers ? strchr(controllers + 1, ':') : NULL;
-        if (!group)
-            continue;
-        *group++ = 0;
-        controllers++;
-        if (!*controllers) /* "0::/group" */
-            limit = quota_of_group("/sys/fs/cgroup", group, limit);
-        else if (!strcmp(controllers, "cpu") || !strcmp(controllers, "cpu,cpuacct"))
-            limit = quota_of_group("/sys/fs/cgroup/cpu", group, limit);
-    }
-    fclose(file);
-    return limit;
+    /* Version 2: "QUOTA PERIOD" or "max PERIOD"; version 1: -1 where there is no limit. */
+    if (vol_cgroup_read(folder, "cpu.max", line, sizeof line) && sscanf(line, "%lf %lf", &quota, &period) == 2)
+        *limit = rounded_up(quota, period, *limit);
+    else if (vol_cgroup_read(folder, "cpu.cfs_quota_us", line, sizeof line) && sscanf(line, "%lf", &quota) == 1 &&
+             vol_cgroup_read(folder, "cpu.cfs_period_us", line, sizeof line) && sscanf(line, "%lf", &period) == 1)
+        *limit = rounded_up(quota, period, *limit);
 }
 
 int vol_thread_count(int wanted)
 {
-    return wanted > 0 ? wanted : cgroup_limit(affinity_count());
+    int limit = affinity_count();
+    vol_cgroup_walk("cpu", heed_quota, &limit);
+    return wanted > 0 ? wanted : limit;
 }

@@ -4,12 +4,15 @@
 #include <stdatomic.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include "base/cgroup.h"
 #include "base/cpu.h"
 #include "base/hash.h"
 #include "base/log.h"
 #include "base/mem.h"
+#include "base/memory.h"
 #include "base/plugin.h"
 #include "base/pool.h"
 #include "base/stats.h"
@@ -81,6 +84,40 @@ static void test_hash_spread(void)
         for (size_t m = 0; m < n; m++)
             CHECK(strcmp(lengths[n], lengths[m]) != 0);
     }
+}
+
+/* ---- memory that there is ---- */
+
+static void count_folder(void *user, const char *folder)
+{
+    ++*(int *)user;
+    CHECK(strncmp(folder, "/sys/fs/cgroup", 14) == 0);
+}
+
+static void test_memory_limit(void)
+{
+    VolError err;
+    uint64_t limit = vol_memory_limit();
+    CHECK(limit > 16 << 20 && limit < UINT64_MAX);
+    CHECK(vol_memory_check(1 << 20, "x", "y", &err) == VOL_OK);
+    CHECK(vol_memory_check(limit, "x", "y", &err) == VOL_OK);
+    CHECK(vol_memory_check(limit + 1, "x", "y", &err) == VOL_NOMEM);
+    CHECK(vol_memory_check(UINT64_MAX, "--size 9", "less", &err) == VOL_NOMEM);
+    CHECK(strstr(err.text, "--size 9 takes 1.84e+10 GB of memory, there are ") && strstr(err.text, " GB: less"));
+    int folders = 0;
+    vol_cgroup_walk("memory", count_folder, &folders);
+    char line[8];
+    CHECK(!vol_cgroup_read("/nowhere", "cpu.max", line, sizeof line));
+#ifndef __SANITIZE_ADDRESS__ /* which takes terabytes of addresses */
+    struct rlimit old, less;
+    CHECK(getrlimit(RLIMIT_AS, &old) == 0);
+    less.rlim_max = old.rlim_max;
+    less.rlim_cur = limit / 2;
+    if (setrlimit(RLIMIT_AS, &less) == 0) {
+        CHECK(vol_memory_limit() == limit / 2);
+        setrlimit(RLIMIT_AS, &old);
+    }
+#endif
 }
 
 /* ---- cpu ---- */
@@ -284,6 +321,7 @@ int main(void)
 {
     RUN(test_hash_pieces);
     RUN(test_hash_spread);
+    RUN(test_memory_limit);
     RUN(test_cpu);
     RUN(test_pool);
     RUN(test_pool_failure);
