@@ -228,7 +228,7 @@ static VolStatus set_clips(Job *job, VolError *err)
     return VOL_OK;
 }
 
-/* The camera of another picture: its first part's matrices. */
+/* The camera of another picture: the matrices of the first part that has them. */
 static VolStatus camera_from_file(Job *job, VolError *err)
 {
     VolBytes bytes;
@@ -240,8 +240,11 @@ static VolStatus camera_from_file(Job *job, VolError *err)
     vol_bytes_free(&bytes);
     if (status)
         return status;
-    const VolAttr *to_camera = vol_part_attr(&image.parts[0], "worldToCamera");
-    const VolAttr *to_ndc = vol_part_attr(&image.parts[0], "worldToNDC");
+    const VolAttr *to_camera = NULL, *to_ndc = NULL;
+    for (size_t p = 0; p < image.part_count && !(to_camera && to_ndc); p++) {
+        to_camera = vol_part_attr(&image.parts[p], "worldToCamera");
+        to_ndc = vol_part_attr(&image.parts[p], "worldToNDC");
+    }
     if (!to_camera || !to_ndc || to_camera->type != VOL_ATTR_M44F || to_ndc->type != VOL_ATTR_M44F)
         status = vol_fail(err, VOL_BAD_INPUT, "it has no worldToCamera and worldToNDC");
     else
@@ -493,6 +496,15 @@ static void warn_of_unused(const Run *run)
         vol_warn(&run->log, "--%s has no effect: with --probe there is no image", run_given(run, "crop") ? "crop" : "depth");
 }
 
+static void warn_of_unused_steps(const Job *job)
+{
+    const VolTf *tf = &job->look.tf;
+    if (run_given(job->run, "particle-step") && !tf->scatter.count && !tf->absorb.count && !tf->emit.count)
+        vol_warn(&job->run->log, "--particle-step has no effect: the transfer function has no particles");
+    if (run_given(job->run, "scalar-step") && !tf->surface.count)
+        vol_warn(&job->run->log, "--scalar-step has no effect: the transfer function has no soft surfaces");
+}
+
 /* Before anything is read: whether there is memory for R, G, B and A at least. */
 static VolStatus check_size(const Run *run, VolError *err)
 {
@@ -526,6 +538,8 @@ static VolStatus vol_render(const Run *run, VolError *err)
         status = load_volume(&job, err);
     if (!status)
         status = fit_look(&job, err);
+    if (!status)
+        warn_of_unused_steps(&job);
     if (!status)
         status = set_scene(&job, err);
     if (!status)

@@ -71,6 +71,18 @@ static void tell_choice(const VolImage *image, const VolColors *colors, const ch
         vol_note(log, "the picture is %s of '%s'", what, name);
 }
 
+/* Their numbers are taken as they are. */
+static void warn_of_primaries(const VolPart *part, const char *name, const VolLog *log)
+{
+    static const double rec709[8] = {0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329};
+    const VolAttr *primaries = vol_part_attr(part, "chromaticities");
+    bool other = false;
+    for (int i = 0; primaries && primaries->type == VOL_ATTR_CHROMATICITIES && i < 8; i++)
+        other = other || fabs(primaries->number[i] - rec709[i]) > 0.002;
+    if (other)
+        vol_warn(log, "the primaries of '%s' are not those of Rec.709: its colours will look different", name);
+}
+
 static VolStatus from_exr(const VolBytes *bytes, const char *name, VolPixelsUse use, const VolLog *log, VolPixels *out,
                           VolError *err)
 {
@@ -86,6 +98,8 @@ static VolStatus from_exr(const VolBytes *bytes, const char *name, VolPixelsUse 
         out->window = part->data_window;
         out->frame = part->display_window;
         tell_choice(&image, &colors, name, log);
+        if (use == VOL_PIXELS_COLOR && colors.count >= 3)
+            warn_of_primaries(part, name, log);
     }
     for (size_t i = 0; i < width * height && !status; i++)
         for (int c = 0; c < colors.count; c++)

@@ -264,6 +264,31 @@ static void test_exr_colors(void)
         check_choice(&looks[i], VOL_PIXELS_LOOK);
 }
 
+/* Colours of other primaries are not converted, but that is said. */
+static void test_exr_primaries(void)
+{
+    static const double lists[2][8] = {{0.64, 0.33, 0.3, 0.6, 0.15, 0.06, 0.3127, 0.329},
+                                       {0.7347, 0.2653, 0, 1, 0.0001, -0.077, 0.32168, 0.33767}};
+    for (int i = 0; i < 2; i++) {
+        VolImage image = {0};
+        VolPart *part;
+        VolChannel *channel;
+        VolBytes bytes;
+        VolPixels pixels;
+        CHECK(!vol_image_add_part(&image, NULL, (VolBox2){0, 0, 1, 0}, (VolBox2){0, 0, 1, 0}, &part, &err));
+        for (int c = 0; c < 3; c++)
+            CHECK(!vol_part_add_channel(part, (const char *[]){"R", "G", "B"}[c], VOL_PIXEL_FLOAT, &channel, &err));
+        CHECK(!vol_part_set_numbers(part, "chromaticities", VOL_ATTR_CHROMATICITIES, lists[i], &err));
+        CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
+        said[0] = 0;
+        CHECK(!read_as(bytes.data, bytes.size, VOL_PIXELS_COLOR, &pixels));
+        CHECK(i ? strstr(said, "w the primaries of 'picture' are not those of Rec.709") != NULL : !said[0]);
+        vol_pixels_free(&pixels);
+        vol_bytes_free(&bytes);
+        vol_image_free(&image);
+    }
+}
+
 static void test_refused(void)
 {
     VolPixels pixels;
@@ -285,6 +310,7 @@ int main(void)
     RUN(test_tiff_heights);
     RUN(test_exr);
     RUN(test_exr_colors);
+    RUN(test_exr_primaries);
     RUN(test_refused);
     return test_end();
 }
