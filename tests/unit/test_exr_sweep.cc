@@ -312,6 +312,15 @@ void test_b44(void) { sweep(Imf::B44_COMPRESSION); }
 void test_b44a(void) { sweep(Imf::B44A_COMPRESSION); }
 void test_dwa(void) { sweep(Imf::DWAA_COMPRESSION); }
 
+/* Blocks of the size that they have in pictures. */
+void test_wide(void)
+{
+    for (int compression = 0; compression <= Imf::DWAB_COMPRESSION; compression++)
+        for (int content = 0; content < 3; content++)
+            for (int storage = 0; storage < 5; storage += 4)
+                check_file({{static_cast<Imf::Compression>(compression), storages[storage], {-7, 2, 1201, 70}, "hfu", content}});
+}
+
 /* Parts of different kinds in one file. */
 void test_parts(void)
 {
@@ -411,6 +420,7 @@ int main()
         RUN(test_b44);
         RUN(test_b44a);
         RUN(test_dwa);
+        RUN(test_wide);
         RUN(test_parts);
         RUN(test_subsampled);
         RUN(test_they_read_ours);
