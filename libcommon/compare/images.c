@@ -65,7 +65,7 @@ static VolStatus compare_channel(ImagePair *pair, VolBox2 window, const VolChann
     size_t width = vol_box2_width(window), height = vol_box2_height(window), i = 0;
     for (size_t y = 0; y < height; y++)
         for (size_t x = 0; x < width; x++, i++) {
-            double va = (double)a->data[i], vb = (double)b->data[i];
+            double va = vol_channel_value(a, i), vb = vol_channel_value(b, i);
             vol_deviation_add(&deviation, pair->tolerance, va, vb, 1,
                               (const int64_t[3]){window.x0 + (int64_t)x, window.y0 + (int64_t)y, 0});
             if (difference)

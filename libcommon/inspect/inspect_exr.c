@@ -28,9 +28,9 @@ static VolStatus describe_values(const VolPart *part, const VolChannel *channel,
         return status;
     size_t n = vol_box2_width(part->data_window) * vol_box2_height(part->data_window);
     for (size_t i = 0; i < n; i++)
-        vol_series_range(series, (double)channel->data[i], 1);
+        vol_series_range(series, vol_channel_value(channel, i), 1);
     for (size_t i = 0; i < n; i++)
-        vol_series_bin(series, (double)channel->data[i], 1);
+        vol_series_bin(series, vol_channel_value(channel, i), 1);
     json_t *values = vol_series_json(series);
     if (json_object_update(object, values))
         status = vol_fail_memory(err, 0);

@@ -22,9 +22,15 @@ typedef enum VolPixel { VOL_PIXEL_FLOAT, VOL_PIXEL_HALF, VOL_PIXEL_UINT } VolPix
 
 typedef struct VolChannel {
     char *name;     /* "R", "normal.X", ... */
-    VolPixel store; /* how the file holds it; in memory always float (uint: converted, exact below 2^24) */
-    float *data;    /* width x height of the part's data window, row 0 on top */
+    VolPixel store; /* how the file holds it */
+    float *data;    /* width x height of the part's data window, row 0 on top; uint: converted, exact below 2^24 */
+    uint32_t *whole; /* uint that was read: as it is; else NULL.  Written in place of `data` */
 } VolChannel;
+
+static inline double vol_channel_value(const VolChannel *channel, size_t i)
+{
+    return channel->whole ? (double)channel->whole[i] : (double)channel->data[i];
+}
 
 typedef enum VolAttrType { VOL_ATTR_TEXT, VOL_ATTR_INT, VOL_ATTR_FLOAT, VOL_ATTR_DOUBLE, VOL_ATTR_V3F, VOL_ATTR_M44F,
                            VOL_ATTR_CHROMATICITIES, VOL_ATTR_OTHER } VolAttrType;

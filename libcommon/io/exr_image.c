@@ -9,6 +9,7 @@ static void free_part(VolPart *part)
     for (size_t i = 0; i < part->channel_count; i++) {
         free(part->channels[i].name);
         free(part->channels[i].data);
+        free(part->channels[i].whole);
     }
     for (size_t i = 0; i < part->attr_count; i++) {
         free(part->attrs[i].name);

@@ -302,8 +302,21 @@ static VolStatus allocate_pixels(VolPart *part, VolError *err)
         part->channels[i].data = vol_alloc_zero(pixels, sizeof(float));
         if (!part->channels[i].data)
             return vol_fail_memory(err, pixels * sizeof(float));
+        if (part->channels[i].store != VOL_PIXEL_UINT)
+            continue;
+        part->channels[i].whole = vol_alloc_zero(pixels, sizeof(uint32_t));
+        if (!part->channels[i].whole)
+            return vol_fail_memory(err, pixels * sizeof(uint32_t));
     }
     return VOL_OK;
+}
+
+static void fill_from_whole(const VolPart *part)
+{
+    size_t pixels = vol_box2_width(part->data_window) * vol_box2_height(part->data_window);
+    for (size_t c = 0; c < part->channel_count; c++)
+        for (size_t i = 0; i < pixels && part->channels[c].whole; i++)
+            part->channels[c].data[i] = (float)part->channels[c].whole[i];
 }
 
 /* Tells the decoder where the pixels of this chunk go. */
@@ -313,11 +326,12 @@ static void place_chunk(const PartReader *p, int32_t x, int32_t y, exr_decode_pi
     size_t first = (size_t)y * (size_t)p->step_y * width + (size_t)x * (size_t)p->step_x;
     for (int i = 0; i < decode->channel_count; i++) {
         exr_coding_channel_info_t *info = &decode->channels[i];
-        info->user_data_type = EXR_PIXEL_FLOAT;
+        const VolChannel *channel = vol_part_channel(p->part, info->channel_name);
+        info->user_data_type = channel->whole ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
         info->user_bytes_per_element = 4;
         info->user_pixel_stride = 4;
         info->user_line_stride = (int32_t)(width * 4);
-        info->decode_to_ptr = (uint8_t *)(vol_part_channel(p->part, info->channel_name)->data + first);
+        info->decode_to_ptr = channel->whole ? (uint8_t *)(channel->whole + first) : (uint8_t *)(channel->data + first);
     }
 }
 
@@ -378,6 +392,8 @@ static VolStatus read_pixels(const PartReader *p)
         for (int32_t x = 0; x < p->count_x && !status; x++)
             status = read_chunk(p, x, y, &decoder);
     exr_decoding_destroy(p->r->context, &decoder.pipeline);
+    if (!status)
+        fill_from_whole(p->part);
     return status;
 }
 

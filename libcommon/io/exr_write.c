@@ -203,6 +203,8 @@ static void feed_chunk(Encoder *encoder, const VolPart *part)
         if (channel->store == VOL_PIXEL_HALF) {
             clamp_lines(channel->data + first, mine, n, &encoder->clamped);
             lines = mine;
+        } else if (channel->whole) {
+            lines = channel->whole + first;
         } else if (channel->store == VOL_PIXEL_UINT) {
             whole_lines(channel->data + first, (uint32_t *)(void *)mine, n);
             lines = mine;

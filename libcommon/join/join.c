@@ -181,8 +181,12 @@ static VolStatus new_frame(const VolPart *like, VolImage *out, VolPart **frame, 
     (*frame)->screen_width = like->screen_width;
     memcpy((*frame)->screen_center, like->screen_center, sizeof like->screen_center);
     VolChannel *channel;
-    for (size_t c = 0; c < like->channel_count && !status; c++)
+    for (size_t c = 0; c < like->channel_count && !status; c++) {
         status = vol_part_add_channel(*frame, like->channels[c].name, like->channels[c].store, &channel, err);
+        size_t pixels = vol_box2_width(like->display_window) * vol_box2_height(like->display_window);
+        if (!status && like->channels[c].whole && !(channel->whole = vol_alloc_zero(pixels, sizeof *channel->whole)))
+            status = vol_fail_memory(err, pixels * sizeof *channel->whole);
+    }
     return status ? status : copy_attrs(like, *frame, err);
 }
 
@@ -193,9 +197,13 @@ static void paste(const VolPart *crop, VolPart *frame)
     size_t left = (size_t)((int64_t)crop->data_window.x0 - frame->data_window.x0);
     size_t top = (size_t)((int64_t)crop->data_window.y0 - frame->data_window.y0);
     for (size_t c = 0; c < crop->channel_count; c++)
-        for (size_t y = 0; y < height; y++)
-            memcpy(frame->channels[c].data + (top + y) * stride + left, crop->channels[c].data + y * width,
-                   width * sizeof(float));
+        for (size_t y = 0; y < height; y++) {
+            const VolChannel *from = &crop->channels[c], *to = &frame->channels[c];
+            size_t at = (top + y) * stride + left;
+            memcpy(to->data + at, from->data + y * width, width * sizeof(float));
+            if (to->whole && from->whole)
+                memcpy(to->whole + at, from->whole + y * width, width * sizeof(uint32_t));
+        }
 }
 
 VolStatus vol_join_images(const VolImage *images, const char *const *names, size_t count, VolImage *out, VolError *err)

@@ -52,6 +52,23 @@ static void test_equal(void)
     vol_image_free(&b);
 }
 
+/* Whole numbers that no float tells apart. */
+static void test_whole_numbers(void)
+{
+    VolImage images[2];
+    for (int i = 0; i < 2; i++) {
+        images[i] = image_of(1, 1, 16777216);
+        VolChannel *channel = &images[i].parts[0].channels[0];
+        channel->store = VOL_PIXEL_UINT;
+        channel->whole = malloc(sizeof *channel->whole);
+        channel->whole[0] = 16777216 + (uint32_t)i;
+    }
+    CHECK(differ(&images[0], &images[1], exact, "channel 'Y': max 1 at 0,0 (16777216 and 16777217)"));
+    CHECK(!differ(&images[1], &images[1], exact, NULL));
+    vol_image_free(&images[0]);
+    vol_image_free(&images[1]);
+}
+
 /* Neither NaN nor infinities are the same as anything, whatever the bounds. */
 static void test_not_finite(void)
 {
@@ -306,6 +323,7 @@ static void test_grid_structure(void)
 int main(void)
 {
     RUN(test_equal);
+    RUN(test_whole_numbers);
     RUN(test_not_finite);
     RUN(test_bounds);
     RUN(test_image_structure);

@@ -244,13 +244,13 @@ Planes read_theirs(const unsigned char *bytes, size_t size, int index, const Kin
     return planes;
 }
 
-bool same(uint32_t theirs, float ours, bool is_uint)
+bool same(uint32_t theirs, const VolChannel *ours, size_t i)
 {
     float f;
+    if (ours->store == VOL_PIXEL_UINT)
+        return ours->data[i] == static_cast<float>(theirs) && vol_channel_value(ours, i) == theirs;
     memcpy(&f, &theirs, 4);
-    if (is_uint)
-        f = static_cast<float>(theirs);
-    return memcmp(&f, &ours, 4) == 0 || (std::isnan(f) && std::isnan(ours));
+    return memcmp(&f, &ours->data[i], 4) == 0 || (std::isnan(f) && std::isnan(ours->data[i]));
 }
 
 void compare(const Kind &k, const Planes &theirs, const VolPart &ours)
@@ -258,7 +258,7 @@ void compare(const Kind &k, const Planes &theirs, const VolPart &ours)
     for (size_t c = 0; c < k.channels.size(); c++) {
         const VolChannel *channel = vol_part_channel(&ours, channel_name(c).c_str());
         for (size_t i = 0; channel && i < theirs.planes[c].size(); i++)
-            if (!same(theirs.planes[c][i], channel->data[i], k.channels[c] == 'u')) {
+            if (!same(theirs.planes[c][i], channel, i)) {
                 FAIL("%s: channel %zu, pixel %zu differs", describe(k).c_str(), c, i);
                 return;
             }

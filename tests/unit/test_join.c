@@ -1,3 +1,5 @@
+#include <stdlib.h>
+
 #include "join/join.h"
 #include "tests/unit/test.h"
 
@@ -117,6 +119,37 @@ static void test_random_cuts(void)
     }
 }
 
+/* Numbers of objects, say, are not rounded to floats. */
+static void test_whole_numbers(void)
+{
+    VolImage made = {0}, halves[2], joined, again;
+    VolPart *part;
+    VolChannel *channel;
+    VolBytes bytes;
+    for (int i = 0; i < 2; i++) {
+        made = (VolImage){0};
+        CHECK(!vol_image_add_part(&made, NULL, (VolBox2){i, 0, i, 1}, (VolBox2){0, 0, 1, 1}, &part, &err));
+        CHECK(!vol_part_add_channel(part, "id", VOL_PIXEL_UINT, &channel, &err));
+        channel->whole = calloc(2, sizeof *channel->whole);
+        channel->whole[0] = 16777217 + (uint32_t)i;
+        channel->whole[1] = 4294967295U - (uint32_t)i;
+        CHECK(!vol_exr_write(&made, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
+        CHECK(!vol_exr_read(&bytes, "x", &halves[i], &err));
+        vol_bytes_free(&bytes);
+        vol_image_free(&made);
+    }
+    CHECK(!join(halves, 2, &joined));
+    CHECK(!vol_exr_write(&joined, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
+    CHECK(!vol_exr_read(&bytes, "x", &again, &err));
+    static const double want[4] = {16777217, 16777218, 4294967295.0, 4294967294.0};
+    for (size_t i = 0; i < 4; i++)
+        CHECK(vol_channel_value(&again.parts[0].channels[0], i) == want[i]);
+    vol_bytes_free(&bytes);
+    free_all(halves, 2);
+    vol_image_free(&joined);
+    vol_image_free(&again);
+}
+
 static void test_overlap(void)
 {
     VolImage crops[2] = {crop(0, 0, 5, 7), crop(4, 2, 9, 7)}, joined;
@@ -164,6 +197,7 @@ int main(void)
     RUN(test_holes);
     RUN(test_huge_frame);
     RUN(test_random_cuts);
+    RUN(test_whole_numbers);
     RUN(test_overlap);
     RUN(test_strangers);
     return test_end();
