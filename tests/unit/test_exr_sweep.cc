@@ -315,10 +315,11 @@ void test_dwa(void) { sweep(Imf::DWAA_COMPRESSION); }
 /* Blocks of the size that they have in pictures. */
 void test_wide(void)
 {
+    const Box box = {-7, 2, 1201, 70};
     for (int compression = 0; compression <= Imf::DWAB_COMPRESSION; compression++)
         for (int content = 0; content < 3; content++)
             for (int storage = 0; storage < 5; storage += 4)
-                check_file({{static_cast<Imf::Compression>(compression), storages[storage], {-7, 2, 1201, 70}, "hfu", content}});
+                check_file({{static_cast<Imf::Compression>(compression), storages[storage], box, "hfu", content}});
 }
 
 /* Parts of different kinds in one file. */
