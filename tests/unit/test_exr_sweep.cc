@@ -336,6 +336,29 @@ void test_parts(void)
         }
 }
 
+/* Bytes changed or cut off: read or refused, and nothing worse. */
+void test_damage(void)
+{
+    for (int compression = 0; compression <= Imf::DWAB_COMPRESSION; compression++)
+        for (int storage = 0; storage < 6; storage++) {
+            const Kind k = {static_cast<Imf::Compression>(compression), storages[storage], boxes[2], "hfu", 1};
+            const std::vector<unsigned char> good = write_file({k});
+            for (uint32_t round = 0; round < 200; round++) {
+                std::vector<unsigned char> bad = good;
+                uint32_t random = noise(round * 64 + static_cast<uint32_t>(compression * 8 + storage));
+                bad[8 + random % (bad.size() - 8)] = static_cast<unsigned char>(random >> 24);
+                if (round % 8 == 7)
+                    bad.resize(random % bad.size());
+                VolBytes bytes = {bad.data(), bad.size(), false};
+                VolImage image;
+                VolStatus status = vol_exr_read(&bytes, "x", &image, &err);
+                CHECK(status == VOL_OK || status == VOL_BAD_INPUT);
+                if (status == VOL_OK)
+                    vol_image_free(&image);
+            }
+        }
+}
+
 /* Channels with fewer samples than pixels: refused and named, in any compression. */
 void test_subsampled(void)
 {
@@ -423,6 +446,7 @@ int main()
         RUN(test_dwa);
         RUN(test_wide);
         RUN(test_parts);
+        RUN(test_damage);
         RUN(test_subsampled);
         RUN(test_they_read_ours);
     } catch (const std::exception &e) {
