@@ -1,11 +1,12 @@
 /* From leaves and tiles to bricks: every leaf becomes a brick that holds its own 8^3 voxels, so that the caller can free
  * each leaf as it goes; layers.c does the rest.  Memory: the bricks and a few bytes per brick. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "grid/grid_internal.h"
 
-enum { INDEX_LIMIT = 1 << 30, NODE_LIMIT = 1 << 24 };
+enum { INDEX_LIMIT = 1 << 30, NODE_LIMIT = 1 << 24, ROOT_SHIFT = VOL_ROOT_LOG2 - VOL_NODE_LOG2 };
 
 static VolStatus set_domain(VolGrid *grid, const VolGridSource *source, VolError *err)
 {
@@ -50,6 +51,8 @@ VolStatus vol_grid_begin(const VolGridSource *source, VolGridBuilder **out, VolE
     VolStatus status = set_domain(grid, source, err);
     if (!status && !vol_affine_invert(&source->index_to_world, &grid->world_to_index))
         status = vol_fail(err, VOL_BAD_INPUT, "the grid's transform is singular or not finite");
+    grid->roots.stride = sizeof(VolRoot);
+    grid->occupied.stride = 3 * sizeof(int32_t);
     grid->voxel = vol_affine_voxel(&source->index_to_world);
     if (!status)
         status = vol_grid_rehash(grid, 64, err);
@@ -62,8 +65,8 @@ VolStatus vol_grid_begin(const VolGridSource *source, VolGridBuilder **out, VolE
         vol_grid_builder_free(builder);
         return status;
     }
-    grid->bricks[0] = (VolBrick){.uniform = grid->background, .storage = VOL_NO_STORAGE};
-    builder->places[0] = (BrickPlace){{0, 0, 0}};
+    grid->bricks[0] = (VolBrick){.uniform = grid->background, .storage = VOL_NO_STORAGE, .shared = true};
+    builder->places[0] = (BrickPlace){.at = {INT32_MIN, INT32_MIN, INT32_MIN}};
     grid->brick_count = 1;
     *out = builder;
     return VOL_OK;
@@ -74,13 +77,14 @@ void vol_grid_builder_free(VolGridBuilder *builder)
     if (!builder)
         return;
     vol_grid_free(builder->grid);
+    vol_cubes_free(&builder->shared_octants);
     free(builder->places);
     free(builder);
 }
 
 /* ---- Nodes and bricks ---- */
 
-static VolStatus make_node(VolGridBuilder *builder, const int32_t at[3], VolNode **out, VolError *err)
+VolStatus vol_grid_make_node(VolGridBuilder *builder, const int32_t at[3], VolNode **out, VolError *err)
 {
     VolGrid *grid = builder->grid;
     VolNode *found = (VolNode *)(size_t)vol_grid_node(grid, at[0], at[1], at[2]);
@@ -88,6 +92,7 @@ static VolStatus make_node(VolGridBuilder *builder, const int32_t at[3], VolNode
         *out = found;
         return VOL_OK;
     }
+    const VolRoot *around = vol_grid_root(grid, at[0] >> ROOT_SHIFT, at[1] >> ROOT_SHIFT, at[2] >> ROOT_SHIFT);
     if (grid->node_count >= NODE_LIMIT)
         return vol_fail(err, VOL_BAD_INPUT, "the grid's tiles cover more than %d blocks of 128^3 voxels", NODE_LIMIT);
     if (grid->node_count == builder->node_capacity) {
@@ -99,7 +104,9 @@ static VolStatus make_node(VolGridBuilder *builder, const int32_t at[3], VolNode
         builder->node_capacity = grown;
     }
     VolNode *node = &grid->nodes[grid->node_count++];
-    *node = (VolNode){{at[0], at[1], at[2]}, 0, NULL};
+    *node = (VolNode){.at = {at[0], at[1], at[2]}};
+    for (int k = 0; k < 8; k++)
+        node->octants[k] = around ? around->octants[0] : 0;
     *out = node;
     /* Kept at most half full; a new table enters all nodes. */
     size_t size = grid->hash_size;
@@ -111,7 +118,7 @@ static VolStatus make_node(VolGridBuilder *builder, const int32_t at[3], VolNode
     return VOL_OK;
 }
 
-static VolStatus make_table(VolNode *node, VolError *err)
+VolStatus vol_grid_detail_node(VolNode *node, VolError *err)
 {
     if (node->bricks)
         return VOL_OK;
@@ -119,11 +126,11 @@ static VolStatus make_table(VolNode *node, VolError *err)
     if (!node->bricks)
         return vol_fail_memory(err, VOL_NODE_ENTRIES * sizeof *node->bricks);
     for (size_t n = 0; n < VOL_NODE_ENTRIES; n++)
-        node->bricks[n] = node->uniform;
+        node->bricks[n] = node->octants[0];
     return VOL_OK;
 }
 
-static VolStatus new_brick(VolGridBuilder *builder, const int32_t at[3], double uniform, uint32_t *number, VolError *err)
+VolStatus vol_grid_new_brick(VolGridBuilder *builder, const int32_t at[3], double uniform, uint32_t *number, VolError *err)
 {
     VolGrid *grid = builder->grid;
     if (grid->brick_count == builder->brick_capacity) {
@@ -139,8 +146,8 @@ static VolStatus new_brick(VolGridBuilder *builder, const int32_t at[3], double 
         builder->brick_capacity = grown;
     }
     *number = (uint32_t)grid->brick_count++;
-    grid->bricks[*number] = (VolBrick){.uniform = uniform, .storage = VOL_NO_STORAGE};
-    memcpy(builder->places[*number].at, at, sizeof builder->places[*number].at);
+    grid->bricks[*number] = (VolBrick){.uniform = uniform, .storage = VOL_NO_STORAGE, .shared = at[0] == INT32_MIN};
+    builder->places[*number] = (BrickPlace){.at = {at[0], at[1], at[2]}};
     return VOL_OK;
 }
 
@@ -148,19 +155,21 @@ VolStatus vol_grid_own_brick(VolGridBuilder *builder, const int32_t at[3], uint3
 {
     int32_t node_at[3] = {at[0] >> 4, at[1] >> 4, at[2] >> 4};
     VolNode *node;
-    VolStatus status = make_node(builder, node_at, &node, err);
+    VolStatus status = vol_grid_make_node(builder, node_at, &node, err);
     if (!status)
-        status = make_table(node, err);
+        status = vol_grid_detail_node(node, err);
     if (status)
         return status;
     uint32_t *entry = &node->bricks[((at[0] & 15) * 16 + (at[1] & 15)) * 16 + (at[2] & 15)];
     *number = *entry;
     if (*number && memcmp(builder->places[*number].at, at, sizeof builder->places[*number].at) == 0)
         return VOL_OK;
-    status = new_brick(builder, at, builder->grid->bricks[*entry].uniform, number, err);
-    if (!status)
-        *entry = *number;
-    return status;
+    status = vol_grid_new_brick(builder, at, builder->grid->bricks[*entry].uniform, number, err);
+    if (status)
+        return status;
+    builder->places[*number].of_tile = *entry != 0;
+    *entry = *number;
+    return VOL_OK;
 }
 
 /* Storage that holds zeros so far. */
@@ -264,27 +273,108 @@ VolStatus vol_grid_leaf(VolGridBuilder *builder, const int32_t origin[3], const 
     return VOL_OK;
 }
 
-static VolStatus put_uniform_node(VolGridBuilder *builder, const int32_t at[3], double value, VolError *err)
+/* A brick that many places share: no place owns it. */
+static VolStatus new_shared_brick(VolGridBuilder *builder, double value, uint32_t *number, VolError *err)
+{
+    return vol_grid_new_brick(builder, (const int32_t[3]){INT32_MIN, INT32_MIN, INT32_MIN}, value, number, err);
+}
+
+static VolStatus put_uniform_node(VolGridBuilder *builder, const int32_t at[3], uint32_t number, VolError *err)
 {
     VolNode *node;
-    VolStatus status = make_node(builder, at, &node, err);
+    VolStatus status = vol_grid_make_node(builder, at, &node, err);
     if (status)
         return status;
-    int32_t nowhere[3] = {INT32_MIN, INT32_MIN, INT32_MIN}; /* shared by many places: no place owns it */
-    size_t node_number = (size_t)(node - builder->grid->nodes);
-    uint32_t number;
-    status = new_brick(builder, nowhere, value, &number, err);
-    if (status)
-        return status;
-    node = &builder->grid->nodes[node_number];
     free(node->bricks);
     node->bricks = NULL;
-    node->uniform = number;
+    for (int k = 0; k < 8; k++)
+        node->octants[k] = number;
     return VOL_OK;
+}
+
+/* The nodes from `lo` to `hi`, voxels. */
+static VolStatus put_uniform_nodes(VolGridBuilder *builder, const int32_t lo[3], const int32_t hi[3], uint32_t number,
+                                   VolError *err)
+{
+    VolStatus status = VOL_OK;
+    for (int32_t x = lo[0] >> 7; x <= hi[0] >> 7 && !status; x++)
+        for (int32_t y = lo[1] >> 7; y <= hi[1] >> 7 && !status; y++)
+            for (int32_t z = lo[2] >> 7; z <= hi[2] >> 7 && !status; z++)
+                status = put_uniform_node(builder, (int32_t[3]){x, y, z}, number, err);
+    return status;
+}
+
+static VolStatus put_uniform_root(VolGridBuilder *builder, const int32_t origin[3], uint32_t number, VolError *err)
+{
+    enum { SHIFT = VOL_ROOT_LOG2 + 3 };
+    const int32_t at[3] = {origin[0] >> SHIFT, origin[1] >> SHIFT, origin[2] >> SHIFT};
+    void *root;
+    VolStatus status = vol_cubes_add(&builder->grid->roots, at, &root, err);
+    for (int k = 0; k < 8 && !status; k++)
+        ((VolRoot *)root)->octants[k] = number;
+    return status;
 }
 
 /* A value as the pool holds it. */
 static double as_stored(const VolGrid *grid, double value) { return grid->is_double ? value : (double)(float)value; }
+
+static VolStatus put_small_tile(VolGridBuilder *builder, const int32_t origin[3], double value, VolError *err)
+{
+    int32_t at[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+    uint32_t number;
+    VolStatus status = vol_grid_own_brick(builder, at, &number, err);
+    if (!status)
+        builder->grid->bricks[number].uniform = value;
+    return status;
+}
+
+/* Along an axis of one voxel the layers beside it repeat it: the one below a tile's first is another block's. */
+static VolStatus repeat_below_thin(VolGridBuilder *builder, const int32_t origin[3], int32_t size, uint32_t number,
+                                   VolError *err)
+{
+    const VolGrid *grid = builder->grid;
+    VolStatus status = VOL_OK;
+    for (int n = 1; n < 8 && !status; n++) {
+        int32_t at[3];
+        int step[3];
+        bool wanted = true;
+        vol_grid_step(n, step);
+        for (int a = 0; a < 3; a++) {
+            wanted = wanted && (!step[a] || (grid->thin[a] && origin[a] == grid->voxel_min[a]));
+            at[a] = origin[a] - step[a] * size;
+        }
+        if (!wanted)
+            continue;
+        status = size == VOL_ROOT_CELLS
+                     ? put_uniform_root(builder, at, number, err)
+                     : put_uniform_node(builder, (int32_t[3]){at[0] >> 7, at[1] >> 7, at[2] >> 7}, number, err);
+    }
+    return status;
+}
+
+/* A tile of more than one brick. */
+static VolStatus put_large_tile(VolGridBuilder *builder, const int32_t origin[3], int32_t size, uint32_t number,
+                                VolError *err)
+{
+    const VolGrid *grid = builder->grid;
+    int32_t lo[3], hi[3];
+    uint64_t inside = 1;
+    bool whole = true; /* or no voxel of the rest is ever looked at */
+    for (int a = 0; a < 3; a++) {
+        int64_t end = (int64_t)origin[a] + size - 1;
+        lo[a] = origin[a] < grid->voxel_min[a] ? grid->voxel_min[a] : origin[a];
+        hi[a] = end > grid->voxel_max[a] ? grid->voxel_max[a] : (int32_t)end;
+        if (lo[a] > hi[a])
+            return VOL_OK;
+        inside *= (uint64_t)(hi[a] - lo[a]) + 1;
+        whole = whole && (grid->domain == VOL_DOMAIN_BOX || (lo[a] >> 7 == origin[a] >> 7 && hi[a] >> 7 == end >> 7));
+    }
+    if (!isfinite(grid->bricks[number].uniform))
+        builder->bad_in_tiles += inside;
+    VolStatus status = size == VOL_ROOT_CELLS && whole ? put_uniform_root(builder, origin, number, err)
+                                                       : put_uniform_nodes(builder, lo, hi, number, err);
+    return status ? status : repeat_below_thin(builder, origin, size, number, err);
+}
 
 VolStatus vol_grid_tile(VolGridBuilder *builder, const int32_t origin[3], int32_t size, double value, bool active,
                         VolError *err)
@@ -295,29 +385,9 @@ VolStatus vol_grid_tile(VolGridBuilder *builder, const int32_t origin[3], int32_
     value = as_stored(grid, value);
     if (value == grid->background)
         return VOL_OK;
-    if (size == VOL_BRICK_CELLS) {
-        int32_t at[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
-        uint32_t number;
-        VolStatus status = vol_grid_own_brick(builder, at, &number, err);
-        if (!status)
-            grid->bricks[number].uniform = value;
-        return status;
-    }
-    /* Larger tiles: the nodes among those that the domain touches. */
-    int32_t lo[3], hi[3];
-    for (int a = 0; a < 3; a++) {
-        int64_t end = (int64_t)origin[a] + size - 1;
-        lo[a] = origin[a] < grid->voxel_min[a] ? grid->voxel_min[a] : origin[a];
-        hi[a] = end > grid->voxel_max[a] ? grid->voxel_max[a] : (int32_t)end;
-        if (lo[a] > hi[a])
-            return VOL_OK;
-    }
-    for (int32_t x = lo[0] >> 7; x <= hi[0] >> 7; x++)
-        for (int32_t y = lo[1] >> 7; y <= hi[1] >> 7; y++)
-            for (int32_t z = lo[2] >> 7; z <= hi[2] >> 7; z++) {
-                VolStatus status = put_uniform_node(builder, (int32_t[3]){x, y, z}, value, err);
-                if (status)
-                    return status;
-            }
-    return VOL_OK;
+    if (size == VOL_BRICK_CELLS)
+        return put_small_tile(builder, origin, value, err);
+    uint32_t number;
+    VolStatus status = new_shared_brick(builder, value, &number, err);
+    return status ? status : put_large_tile(builder, origin, size, number, err);
 }

@@ -6,18 +6,10 @@
 
 #include "grid/grid_internal.h"
 
-static size_t hash_of(int32_t x, int32_t y, int32_t z)
-{
-    uint64_t h = (uint64_t)(uint32_t)x * 0x9e3779b97f4a7c15u;
-    h = (h ^ (uint64_t)(uint32_t)y) * 0xc2b2ae3d27d4eb4fu;
-    h = (h ^ (uint64_t)(uint32_t)z) * 0x165667b19e3779f9u;
-    return (size_t)(h ^ h >> 29);
-}
-
 const VolNode *vol_grid_hashed_node(const VolGrid *grid, int32_t x, int32_t y, int32_t z)
 {
     size_t mask = grid->hash_size - 1;
-    for (size_t slot = hash_of(x, y, z) & mask; grid->hash[slot]; slot = (slot + 1) & mask) {
+    for (size_t slot = vol_cubes_hash(x, y, z) & mask; grid->hash[slot]; slot = (slot + 1) & mask) {
         const VolNode *node = &grid->nodes[grid->hash[slot] - 1];
         if (node->at[0] == x && node->at[1] == y && node->at[2] == z)
             return node;
@@ -28,7 +20,7 @@ const VolNode *vol_grid_hashed_node(const VolGrid *grid, int32_t x, int32_t y, i
 void vol_grid_enter_node(VolGrid *grid, size_t number)
 {
     const int32_t *at = grid->nodes[number].at;
-    size_t slot = hash_of(at[0], at[1], at[2]) & (grid->hash_size - 1);
+    size_t slot = vol_cubes_hash(at[0], at[1], at[2]) & (grid->hash_size - 1);
     while (grid->hash[slot])
         slot = (slot + 1) & (grid->hash_size - 1);
     grid->hash[slot] = (uint32_t)number + 1;
@@ -79,6 +71,45 @@ VolStatus vol_grid_make_table(VolGrid *grid, VolError *err)
     grid->hash = NULL;
     grid->hash_size = 0;
     return VOL_OK;
+}
+
+/* ---- What is empty ---- */
+
+/* Blocks of 2^n nodes a side, as cubes: their size, too, tells them apart.  Node coordinates are below 2^23. */
+enum { BLOCK_SIZES = 24, SIZE_SHIFT = 25 };
+
+static void block_around(const int32_t node_at[3], int n, int32_t at[3])
+{
+    for (int a = 0; a < 3; a++)
+        at[a] = node_at[a] >> n;
+    at[0] += n << SIZE_SHIFT;
+}
+
+VolStatus vol_grid_occupy(VolGrid *grid, const int32_t node_at[3], int smallest, VolError *err)
+{
+    VolStatus status = VOL_OK;
+    for (int n = smallest; n < BLOCK_SIZES && !status; n++) {
+        int32_t at[3];
+        void *block;
+        size_t known = grid->occupied.count;
+        block_around(node_at, n, at);
+        status = vol_cubes_add(&grid->occupied, at, &block, err);
+        if (grid->occupied.count == known)
+            break; /* and so are all around it */
+    }
+    return status;
+}
+
+int vol_grid_empty_around(const VolGrid *grid, const int32_t node_at[3])
+{
+    int n = 1;
+    for (; n < BLOCK_SIZES; n++) {
+        int32_t at[3];
+        block_around(node_at, n, at);
+        if (vol_cubes_find(&grid->occupied, at))
+            break;
+    }
+    return VOL_NODE_LOG2 + n - 1;
 }
 
 static int32_t clamp(int32_t v, int32_t lo, int32_t hi) { return v < lo ? lo : v > hi ? hi : v; }
@@ -155,6 +186,9 @@ void vol_grid_rescale(VolGrid *grid, int exponent)
         brick->hi = rescaled(brick->hi, exponent, most);
         brick->uniform = rescaled(brick->uniform, exponent, most);
     }
+    for (size_t n = 0; n < grid->octant_count; n++)
+        for (int k = 0; k < 8; k++)
+            grid->octants[n].value[k] = rescaled(grid->octants[n].value[k], exponent, most);
     grid->background = rescaled(grid->background, exponent, most);
 }
 
@@ -168,6 +202,9 @@ void vol_grid_free(VolGrid *grid)
     free(grid->table);
     free(grid->hash);
     free(grid->bricks);
+    free(grid->octants);
+    vol_cubes_free(&grid->roots);
+    vol_cubes_free(&grid->occupied);
     vol_pages_free(&grid->pool);
     free(grid);
 }

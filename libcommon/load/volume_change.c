@@ -39,6 +39,16 @@ static void widen_by_brick(const VolGrid *grid, const VolBrick *brick, const int
             }
 }
 
+/* A brick of octants, the last layers along the axes of `beyond` (by octant) being outside the domain. */
+static void widen_by_octants(const VolGrid *grid, const VolBrick *brick, int beyond, double most[3])
+{
+    const double *v = grid->octants[brick->octants - 1].value;
+    for (int k = 0; k < 8; k++)
+        for (int a = 0; a < 3 && !(k & beyond); a++)
+            if (!((k | beyond) & 4 >> a))
+                widen(&most[a], v[k], v[k | 4 >> a]);
+}
+
 /* All of a brick of floats without holes, inside the domain: the same, quicker.  A difference of floats is rounded, to
  * what is at most half a unit in the last place less. */
 static void widen_by_floats(const float *v, double most[3])
@@ -70,6 +80,14 @@ static bool is_plain(const VolGrid *grid, const VolBrick *brick, const int32_t b
     return plain;
 }
 
+static int last_layers_outside(const VolGrid *grid, const int32_t base[3])
+{
+    int beyond = 0;
+    for (int a = 0; a < 3; a++)
+        beyond |= grid->cell_max[a] + 1 < base[a] + VOL_BRICK_CELLS ? 4 >> a : 0;
+    return beyond;
+}
+
 static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[3])
 {
     for (int p = 0; node->bricks && p < VOL_NODE_ENTRIES; p++) {
@@ -77,9 +95,11 @@ static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[
         const int32_t base[3] = {(node->at[0] * VOL_NODE_BRICKS + (p >> 8)) * VOL_BRICK_CELLS,
                                  (node->at[1] * VOL_NODE_BRICKS + (p >> 4 & 15)) * VOL_BRICK_CELLS,
                                  (node->at[2] * VOL_NODE_BRICKS + (p & 15)) * VOL_BRICK_CELLS};
-        if (brick->storage == VOL_NO_STORAGE)
+        if (brick->storage == VOL_NO_STORAGE && (!brick->octants || brick->shared))
             continue;
-        if (is_plain(grid, brick, base))
+        if (brick->octants)
+            widen_by_octants(grid, brick, last_layers_outside(grid, base), most);
+        else if (is_plain(grid, brick, base))
             widen_by_floats((const float *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE, most);
         else
             widen_by_brick(grid, brick, base, most);
@@ -89,11 +109,14 @@ static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[
 double vol_volume_change(const VolGrid *grid, double length)
 {
     double most[3] = {0}, change = 0, lo = INFINITY, hi = -INFINITY;
-    for (size_t b = 0; b < grid->brick_count; b++)
+    for (size_t b = 0; b < grid->brick_count; b++) {
         if (grid->bricks[b].lo <= grid->bricks[b].hi) {
             lo = fmin(lo, grid->bricks[b].lo);
             hi = fmax(hi, grid->bricks[b].hi);
         }
+        if (grid->bricks[b].octants && grid->bricks[b].shared)
+            widen_by_octants(grid, &grid->bricks[b], 0, most);
+    }
     for (size_t n = 0; n < grid->node_count; n++)
         widen_by_node(grid, &grid->nodes[n], most);
     for (int a = 0; a < 3; a++) {

@@ -49,6 +49,21 @@ static inline const real *pooled_values(const VolGrid *grid, const VolBrick *bri
     return (const real *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE;
 }
 
+/* A brick of one value, or of one in each octant. */
+static inline void unfold_brick(const VolGrid *grid, const VolBrick *brick, real *out)
+{
+    real value[8];
+    for (int k = 0; k < 8; k++)
+        value[k] = (real)(brick->octants ? grid->octants[brick->octants - 1].value[k] : brick->uniform);
+    for (int x = 0; x < VOL_BRICK_SIDE; x++)
+        for (int y = 0; y < VOL_BRICK_SIDE; y++) {
+            int k = x / VOL_BRICK_CELLS * 4 + y / VOL_BRICK_CELLS * 2;
+            for (int z = 0; z < VOL_BRICK_CELLS; z++)
+                *out++ = value[k];
+            *out++ = value[k + 1];
+        }
+}
+
 static inline const real *brick_values(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
                                        uint32_t number)
 {
@@ -56,15 +71,17 @@ static inline const real *brick_values(const VolGrid *grid, VolScratch *scratch,
     const real *pooled = pooled_values(grid, brick);
     if (pooled)
         return pooled;
-    bool stored = brick->storage != VOL_NO_STORAGE;
-    size_t at = stored ? (size_t)brick->storage * VOL_BRICK_STRIDE : 0;
     real *out;
     if (store_place(&scratch->values, VOL_BRICK_STRIDE, in_use, number + 1, &out))
         return out;
+    if (brick->storage == VOL_NO_STORAGE) {
+        unfold_brick(grid, brick, out);
+        return out;
+    }
+    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE;
     for (size_t n = 0; n < VOL_BRICK_VALUES; n++)
-        out[n] = (real)(!stored            ? brick->uniform
-                        : grid->is_double ? ((const double *)grid->values)[at + n]
-                                          : (double)((const float *)grid->values)[at + n]);
+        out[n] = (real)(grid->is_double ? ((const double *)grid->values)[at + n]
+                                        : (double)((const float *)grid->values)[at + n]);
     return out;
 }
 
@@ -266,8 +283,7 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
     AxisPlaces places[3];
     real apron[BRICK_APRON * BRICK_APRON * BRICK_APRON], *out;
     /* A brick of one value may stand in many places, with other neighbours in each. */
-    bool shared = grid->bricks[number].storage == VOL_NO_STORAGE;
-    uint32_t key = shared ? STORE_NOBODY : number + 1;
+    uint32_t key = grid->bricks[number].shared ? STORE_NOBODY : number + 1;
     if (store_place(&scratch->gradients, 3 * VOL_BRICK_STRIDE, in_use, key, &out))
         return out;
     if (gradients_in_place(grid, origin, out))

@@ -142,6 +142,8 @@ ALWAYS_INLINE void add_particles(March *m, unsigned terms)
     load_optics(o, interval, seen, terms, &in);
     particles_of(&in, v - in.ref, terms, &step);
     m->sums.cells -= seen;
+    if (__builtin_expect(m->s.equals, 0))
+        m->sums.cells += samples_beside(&m->s, seen);
     reals length = reals_where(seen, m->length), light[3];
     if (terms & TERM_EXTRA)
         FOR_LANES(i, mask_bits(seen)) {

@@ -8,6 +8,9 @@
  * Isosurfaces are crossed between neighbouring samples (at the ends: between the entry or exit and the nearest sample), in
  * the place that linear interpolation gives, and cut the step they lie in.
  *
+ * Equal steps, one behind the other, are one long step of the same properties: where the field is constant over a wide
+ * stretch, what lies between its first sample and its last is added in one go.
+ *
  * Two ways through the samples.  Where a step depends on its own sample alone, it is added as its sample comes; sums are
  * taken in float within a run of samples, in double from run to run.  Where it depends on its neighbours, a step waits for
  * the next sample: samples are `fed` one after the other, and what a lane holds is the last one, waiting, and its
@@ -35,10 +38,11 @@ static inline void enter(March *m, unsigned i, unsigned terms)
     }
     double first = s->first[i];
     bool alone = first >= s->last[i];
-    m->length[i] = alone ? (real)(s->t1[i] - step_begin(s, i, first)) : (real)s->h;
+    m->length[i] = (real)(alone ? s->t1[i] - step_begin(s, i, first) : s->h * doubles_lane(&s->stands_for, (int)i));
     if (terms & TERMS_WAIT && (s->left[i] > 0 || terms & TERM_ISO)) {
         m->before[i] = sample_gap(s, i, first);
-        come_to(m, i, first, terms);
+        if (first == s->brick_first[i]) /* else it follows the last one */
+            come_to(m, i, first, terms);
         s->visiting[i] &= s->lanes.alive[i];
     }
 }

@@ -279,6 +279,8 @@ ALWAYS_INLINE void feed_next(March *m, unsigned terms)
     for (int i = 0; i < LANES; i++)
         doubles_set(&next.number, i, s->first[i] + (double)s->j[i]);
     feed(m, &next, s->visiting, terms);
+    if (__builtin_expect(s->equals, 0)) /* the others will be counted as they are completed */
+        m->sums.cells += samples_beside(s, s->visiting & next.valid & next.own & intervals_visible(o, next.interval));
     m->before = reals_all((real)s->h);
 }
 

@@ -80,7 +80,7 @@ static inline bool lanes_enter(Lanes *l, unsigned i, bool single_cells, bool ent
         return false;
     }
     const VolBrick *brick = &l->scene->grid->bricks[span->brick];
-    l->single[i] = single_cells && brick->storage == VOL_NO_STORAGE;
+    l->single[i] = span->wide || (single_cells && vol_brick_is_uniform(brick));
     l->values[i] = brick_values(l->scene->grid, l->scratch, l->values, span->brick);
     l->gradients_due |= 1u << i;
     l->holes[i] = -(lane_int)brick->holes;
@@ -95,7 +95,9 @@ static inline void lanes_need_gradients(Lanes *l, ints mask)
     unsigned due = mask_bits(mask) & l->gradients_due;
     l->gradients_due &= ~due;
     FOR_LANES(i, due)
-        l->gradients[i] = brick_gradients(l->scene->grid, l->scratch, l->gradients, l->span[i].brick, l->span[i].origin);
+        l->gradients[i] = l->span[i].wide ? scratch_zeros(l->scratch)
+                                          : brick_gradients(l->scene->grid, l->scratch, l->gradients, l->span[i].brick,
+                                                            l->span[i].origin);
 }
 
 /* ---- Searching the transfer function ---- */

@@ -11,6 +11,9 @@
  * depend on the bricks that were entered before, nor on how it is reached: in a run, or one by one through
  * place_of_sample(), which finds the run that the sample belongs to and gives the same bits.
  *
+ * On a wide stretch (walk.h) all samples are equal.  Its first and its last are runs of their own, next to which others
+ * may lie; those between are one run with a single sample, which stands for all of them.
+ *
  *     samples_begin(&s, scene, scratch, rays, count, out, shift);
  *     for (;;) {
  *         FOR_LANES(i, mask_bits(s.lanes.alive & ~s.visiting))
@@ -52,6 +55,8 @@ typedef struct Samples {
     /* The run of samples that a lane is in. */
     ints visiting;
     double first[LANES];         /* number of its first sample */
+    Doubles stands_for;          /* so many samples each of them is: more than 1 on wide stretches, */
+    bool equals;                 /* where some lane is on one: `stands_for` is to be looked at */
     ints left;                   /* samples from the next one on */
     reals e[3], hd[3], j;        /* the next sample lies at e + j hd from the brick's first voxel */
 } Samples;
@@ -117,6 +122,7 @@ static inline void samples_begin(Samples *s, const VolScene *scene, VolScratch *
         s->last[i] = shift > 0 ? s->steps[i] - 1 : s->steps[i];
         s->last_t[i] = fma(shift, ray->t1 - step_begin(s, (unsigned)i, s->last[i]), step_begin(s, (unsigned)i, s->last[i]));
         s->brick_end[i] = -1;
+        doubles_set(&s->stands_for, (int)i, 1);
         for (int a = 0; a < 3; a++)
             s->hd[a][i] = (real)(s->h * s->lanes.walk[i].d[a]);
     }
@@ -190,17 +196,31 @@ static inline void run_of_sample(const Samples *s, unsigned i, const int32_t ori
     }
 }
 
+/* The run that begins with sample n of a wide stretch; where in a brick of one value it lies does not matter. */
+static inline double run_of_equals(const Samples *s, unsigned i, double n, Run *run)
+{
+    double last = s->brick_end[i] - 1;
+    *run = (Run){.first = n, .count = 1};
+    return n > s->brick_first[i] && n < last ? last - n : 1;
+}
+
 static inline void start_run(Samples *s, unsigned i, double n)
 {
     Run run;
-    run_of_sample(s, i, s->lanes.span[i].origin, s->brick_first[i], s->brick_end[i], n, &run);
+    double stands_for = 1;
+    if (s->lanes.span[i].wide)
+        stands_for = run_of_equals(s, i, n, &run);
+    else
+        run_of_sample(s, i, s->lanes.span[i].origin, s->brick_first[i], s->brick_end[i], n, &run);
+    doubles_set(&s->stands_for, (int)i, stands_for);
+    s->equals = s->equals || stands_for > 1;
     s->first[i] = run.first;
     s->left[i] = run.count;
     s->j[i] = 0;
     for (int a = 0; a < 3; a++)
         s->e[a][i] = run.e[a];
     s->visiting[i] = -1;
-    s->lanes.scratch->skipped.cells_met += (unsigned)run.count;
+    s->lanes.scratch->skipped.cells_met += (uint64_t)(run.count * stands_for);
 }
 
 /* Takes lane i to its next run of samples, in the brick that it is in or the next visible one.  left[i] = 0: that brick
@@ -230,6 +250,15 @@ static inline bool samples_enter(Samples *s, unsigned i)
     return true;
 }
 
+/* How many samples those that the lanes of `mask` are at stand for, beside themselves. */
+static ints samples_beside(const Samples *s, ints mask)
+{
+    ints count = ints_all(0);
+    FOR_LANES(i, mask_bits(mask))
+        count[i] = (lane_int)fmin(doubles_lane(&s->stands_for, (int)i) - 1, INT32_MAX / 2);
+    return count;
+}
+
 /* How many samples every visiting lane has left. */
 ALWAYS_INLINE int samples_in_step(const Samples *s)
 {
@@ -247,7 +276,8 @@ ALWAYS_INLINE ints samples_passed(Samples *s, int steps)
     ints ended = s->visiting & (ints)(s->left == 0);
     s->visiting &= ~ended;
     FOR_LANES(i, mask_bits(ended))
-        s->first[i] += (double)s->j[i];
+        s->first[i] += (double)s->j[i] * doubles_lane(&s->stands_for, (int)i);
+    s->equals = false; /* such a run is of one sample */
     return ended;
 }
 

@@ -50,9 +50,23 @@ static void set_bounds(VolScene *scene)
     scene->stop_depth = stop_depth(scene, 0);
 }
 
+/* What is of one value is crossed in one stretch, bricks beside other values aside where gradients are asked for.  With
+ * nothing but particles' colours at stake, which the classic model lights by ambient light too: where such light comes
+ * from a place, it changes on the way. */
+static int margin_of_blocks(const VolScene *scene)
+{
+    bool changes = false;
+    for (size_t i = 0; i < scene->light_count; i++)
+        changes = changes || scene->lights[i].kind == VOL_LIGHT_POINT || scene->lights[i].kind == VOL_LIGHT_SPOT;
+    if (changes && scene->tf->model == VOL_MODEL_CLASSIC)
+        return -1;
+    return scene->shaded ? 1 : 0;
+}
+
 VolStatus vol_scene_prepare(VolScene *scene, VolError *err)
 {
     set_bounds(scene);
+    scene->margin = margin_of_blocks(scene);
     VolStatus status = vol_skip_prepare(scene, err);
     if (!status && !scene->precise)
         status = vol_conditioning_prepare(scene, err);

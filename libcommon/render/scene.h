@@ -60,7 +60,7 @@ typedef struct VolTraceStep {
 enum { VOL_BRICK_LEFT_OUT, VOL_BRICK_ENTERED, VOL_BRICK_SEEN };
 
 /* In `levels`: a block of 2^level bricks a side, aligned, is invisible; or the brick is to be entered. */
-enum { VOL_NODE_LEVEL = 4, VOL_VISIBLE = 255 };
+enum { VOL_NODE_LEVEL = 4, VOL_WIDE = 254, VOL_VISIBLE = 255 };
 
 typedef struct VolScene {
     const VolGrid *grid;
@@ -86,11 +86,11 @@ typedef struct VolScene {
     VolOpticsF32 *optics32;
     VolOpticsF64 *optics64;
     uint8_t *brick_visible; /* one per brick of the grid: VOL_BRICK_... */
-    uint8_t *node_visible;  /* one per node: some brick of it is */
-    uint8_t *levels;        /* 16^3 per node, as its table of bricks: VOL_VISIBLE, or the invisible block around it */
+    uint8_t *levels;        /* 16^3 per node with bricks of its own: VOL_VISIBLE, or the invisible block around each */
     uint8_t *ill_conditioned; /* one per brick: float is not enough there (conditioning.c); NULL: nowhere */
     bool background_visible;
     int32_t visible_min[3], visible_max[3]; /* bricks: the box around the visible ones */
+    int margin;             /* bricks at the faces of a block of one value that are entered one by one; -1: all are */
     bool shaded;            /* hybrid or classic with something to shade */
     double stop_opacity;    /* rays end where what may still come is below this; set before, or 0: by the precision */
     double stop_depth;      /* the optical depth for that, where nothing is emitted */

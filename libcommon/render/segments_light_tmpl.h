@@ -284,6 +284,35 @@ ALWAYS_INLINE void composite(Segments *k, const SegmentLight *light, ints mask, 
     }
 }
 
+/* So much more than one of them do m equal segments send, one behind the other: sum of exp(-n depth), n < m. */
+static double sent_by_equals(double depth, double m)
+{
+    double one = vol_expm1(-depth);
+    return one < 0 ? vol_expm1(-m * depth) / one : m;
+}
+
+/* The segments that stand for many equal ones. */
+static void add_equals(Segments *k, SegmentParts *parts, SegmentLight *light, ints mask, unsigned terms)
+{
+    ints beside = samples_beside(&k->samples, mask);
+    k->sums.cells += beside;
+    FOR_LANES(i, mask_bits((ints)(beside > 0))) {
+        double m = doubles_lane(&k->samples.stands_for, (int)i);
+        real sent[3];
+        for (int c = 0; c < channels_of(terms); c++) {
+            sent[c] = (real)sent_by_equals((double)parts->depth[c][i], m);
+            parts->depth[c][i] = (real)((double)parts->depth[c][i] * m);
+        }
+        for (int c = 0; c < 3; c++) {
+            real more = sent[terms & TERM_COLOURED ? c : 0];
+            light->scatter[c][i] *= more;
+            light->emit[c][i] *= more;
+            light->surface[c][i] *= more;
+            light->normal[c][i] *= sent[0];
+        }
+    }
+}
+
 /* The segments from a to b of the lanes of `mask`, without isosurfaces, behind what is there. */
 ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const Doubles *length, ints own, ints mask,
                                 bool full, unsigned terms)
@@ -304,6 +333,8 @@ ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const
     particles_light(k, a, b, &parts, mask, terms, &light);
     if (terms & TERM_SURFACE)
         surfaces_light(k, a, b, &parts, mask, full, terms, &light);
+    if (__builtin_expect(k->samples.equals, 0))
+        add_equals(k, &parts, &light, mask, terms);
     composite(k, &light, mask, terms);
     if (terms & TERM_EXTRA)
         FOR_LANES(i, mask_bits(mask))

@@ -11,7 +11,8 @@
  * A segment is done when its back end comes up in a visit to the brick that holds it; a ray's first sample in a brick closes
  * the segment that led there, and where the ray goes on into a brick that is left out, one more sample closes the last.  A
  * segment that touches bricks alone that are left out adds nothing: what it runs through is one connected range of values
- * in which nothing can be seen (skip.c). */
+ * in which nothing can be seen (skip.c).  Segments between equal samples of a wide stretch (samples_tmpl.h) are equal, and
+ * what many of them send is a geometric series of what one does. */
 #include "render/segments_light_tmpl.h"
 
 /* ---- Isosurfaces ---- */
@@ -155,7 +156,7 @@ ALWAYS_INLINE void number_back(Segments *k, ints here)
     k->back->here = here;
     k->back->shaded = ints_all(0);
     for (int n = 0; n < LANES / 4; n++)
-        k->back->number.part[n] = k->front->number.part[n] + 1;
+        k->back->number.part[n] = k->front->number.part[n] + k->samples.stands_for.part[n];
 }
 
 /* The lanes of `heads` begin anew. */

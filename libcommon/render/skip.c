@@ -1,6 +1,7 @@
 /* A brick is invisible where the transfer function is nothing over the whole range of its 9^3 voxels: the trilinear field
  * stays within that range, so that leaving the brick out changes no bit of any picture.  Blocks of 2^3, 4^3, 8^3 bricks and
  * whole nodes that are invisible throughout are marked as such in each of their places, for rays to pass in one step.
+ * (Blocks of one value need no marks: walk.h.)
  *
  * Estimators that march also show what changes from one sample to the next.  Between samples in invisible bricks that is
  * nothing as long as a ray's bricks share a finite voxel each with the next: then their ranges are one connected range.
@@ -76,35 +77,48 @@ static void mark_blocks(uint8_t *levels)
     }
 }
 
-/* Widens the box by the block of `size` bricks at `at`. */
-static void widen(VolScene *scene, const int32_t at[3], int32_t size)
+/* Widens the box by the bricks from `lo` to `hi`. */
+static void widen(VolScene *scene, const int32_t lo[3], const int32_t hi[3])
 {
     for (int a = 0; a < 3; a++) {
-        if (at[a] < scene->visible_min[a])
-            scene->visible_min[a] = at[a];
-        if (at[a] + size - 1 > scene->visible_max[a])
-            scene->visible_max[a] = at[a] + size - 1;
+        if (lo[a] < scene->visible_min[a])
+            scene->visible_min[a] = lo[a];
+        if (hi[a] > scene->visible_max[a])
+            scene->visible_max[a] = hi[a];
     }
 }
 
-static void mark_node(VolScene *scene, size_t number)
+/* A block of 2^log2 bricks a side that is no more than its octants. */
+static void mark_octants(VolScene *scene, const int32_t block_at[3], int log2, const uint32_t octants[8])
 {
-    const VolNode *node = &scene->grid->nodes[number];
-    int32_t first[3] = {node->at[0] * SIDE, node->at[1] * SIDE, node->at[2] * SIDE};
-    uint8_t *levels = &scene->levels[number * VOL_NODE_ENTRIES];
-    scene->node_visible[number] = !node->bricks && scene->brick_visible[node->uniform];
+    for (int k = 0; k < 8; k++) {
+        if (!scene->brick_visible[octants[k]])
+            continue;
+        int32_t lo[3], hi[3];
+        for (int a = 0; a < 3; a++) {
+            int32_t first = block_at[a] * (1 << log2), last = first + (1 << log2) - 1;
+            lo[a] = k >> (2 - a) & 1 ? last : first;
+            hi[a] = k >> (2 - a) & 1 ? last : last - 1;
+        }
+        widen(scene, lo, hi);
+    }
+}
+
+static void mark_node(VolScene *scene, const VolNode *node)
+{
+    const int32_t *first = node->at;
     if (!node->bricks) {
-        if (scene->node_visible[number])
-            widen(scene, first, SIDE);
+        mark_octants(scene, node->at, VOL_NODE_LOG2, node->octants);
         return;
     }
+    uint8_t *levels = &scene->levels[node->detail * VOL_NODE_ENTRIES];
     for (int p = 0; p < VOL_NODE_ENTRIES; p++) {
         bool visible = scene->brick_visible[node->bricks[p]];
         levels[p] = visible ? VOL_VISIBLE : 0;
         if (!visible)
             continue;
-        scene->node_visible[number] = true;
-        widen(scene, (int32_t[3]){first[0] + (p >> 8), first[1] + (p >> 4 & 15), first[2] + (p & 15)}, 1);
+        const int32_t at[3] = {first[0] * SIDE + (p >> 8), first[1] * SIDE + (p >> 4 & 15), first[2] * SIDE + (p & 15)};
+        widen(scene, at, at);
     }
     mark_blocks(levels);
 }
@@ -129,10 +143,9 @@ VolStatus vol_skip_prepare(VolScene *scene, VolError *err)
 {
     const VolGrid *grid = scene->grid;
     scene->brick_visible = vol_alloc(grid->brick_count, 1);
-    scene->node_visible = vol_alloc(grid->node_count, 1);
-    scene->levels = vol_alloc(grid->node_count, VOL_NODE_ENTRIES);
-    if (!scene->brick_visible || !scene->node_visible || !scene->levels)
-        return vol_fail_memory(err, grid->brick_count + grid->node_count * VOL_NODE_ENTRIES);
+    scene->levels = vol_alloc(grid->detail_count, VOL_NODE_ENTRIES);
+    if (!scene->brick_visible || !scene->levels)
+        return vol_fail_memory(err, grid->brick_count + grid->detail_count * VOL_NODE_ENTRIES);
     scene->bricks_visible = 0;
     for (int a = 0; a < 3; a++) {
         scene->visible_min[a] = INT32_MAX;
@@ -140,7 +153,11 @@ VolStatus vol_skip_prepare(VolScene *scene, VolError *err)
     }
     mark_bricks(scene);
     for (size_t n = 0; n < grid->node_count; n++)
-        mark_node(scene, n);
+        mark_node(scene, &grid->nodes[n]);
+    for (size_t n = 0; n < grid->roots.count; n++) {
+        const VolRoot *root = vol_cubes_item(&grid->roots, n);
+        mark_octants(scene, root->at, VOL_ROOT_LOG2, root->octants);
+    }
     settle_box(scene);
     return VOL_OK;
 }
@@ -148,7 +165,6 @@ VolStatus vol_skip_prepare(VolScene *scene, VolError *err)
 void vol_skip_release(VolScene *scene)
 {
     free(scene->brick_visible);
-    free(scene->node_visible);
     free(scene->levels);
-    scene->brick_visible = scene->node_visible = scene->levels = NULL;
+    scene->brick_visible = scene->levels = NULL;
 }

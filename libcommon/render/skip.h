@@ -4,7 +4,7 @@
 
 #include "render/scene.h"
 
-/* Fills brick_visible, node_visible, levels, background_visible, the box around what is visible and the counts.  Without
+/* Fills brick_visible, levels, background_visible, the box around what is visible and the counts.  Without
  * scene->skip all bricks that hold any value are entered. */
 VolStatus vol_skip_prepare(VolScene *scene, VolError *err);
 void vol_skip_release(VolScene *scene);

@@ -1,7 +1,11 @@
 /* The bricks along a ray, those that are invisible left out in blocks as large as can be.
  *
  * A brick's stretch [t0, t1] follows from its own planes alone, t(plane) = (plane - o) / d, never from the way that led
- * there: leaving bricks out changes nothing in those that remain.  An axis that the ray runs along has no planes. */
+ * there: leaving bricks out changes nothing in those that remain.  An axis that the ray runs along has no planes.
+ *
+ * Outside the nodes that have bricks of their own, what is of one value is a box of many bricks: invisible, it is passed
+ * over in one step; visible, it is one stretch.  Where gradients are asked for, its outermost bricks (scene->margin), in
+ * which they may differ from 0, remain bricks. */
 #ifndef VOL_RENDER_WALK_H
 #define VOL_RENDER_WALK_H
 
@@ -23,8 +27,15 @@ typedef struct Walk {
     int32_t at_min[3], at_max[3];
     const VolNode *node;       /* that holds `at`, where node_at says so; NULL: background */
     int32_t node_at[3];
+    const VolRoot *root;       /* that holds `at`, where root_at says so and no node does; NULL: background */
+    int32_t root_at[3];
     uint64_t blocks;           /* passed over, invisible, and not yet counted */
 } Walk;
+
+/* Bricks that are all the same one. */
+typedef struct WalkBox {
+    int32_t lo[3], hi[3];
+} WalkBox;
 
 typedef struct BrickSpan {
     double t0, t1;
@@ -32,6 +43,7 @@ typedef struct BrickSpan {
     int32_t origin[3];  /* first cell */
     double e[3];        /* where asked for: where the ray is at t0, from `origin`, in [0, 8] */
     unsigned exit_axes; /* and the axes across whose planes t1 lies: bit a */
+    bool wide;          /* through many bricks of one value; `origin` is the first one's, and no gradient differs from 0 */
 } BrickSpan;
 
 static inline double walk_plane(const Walk *w, int a, int32_t plane) { return (plane - w->o[a]) * w->inv[a]; }
@@ -91,7 +103,7 @@ static inline void walk_begin(Walk *w, const VolScene *scene, const VolRay *ray)
     w->scene = scene;
     w->t = w->start = ray->t0;
     w->end = ray->t1;
-    w->node_at[0] = INT32_MAX;
+    w->node_at[0] = w->root_at[0] = INT32_MAX;
     w->blocks = 0;
     for (int a = 0; a < 3; a++) {
         w->o[a] = os[a];
@@ -140,7 +152,6 @@ static inline void walk_entry(const Walk *w, BrickSpan *span)
     for (int a = 0; a < 3; a++) {
         double e = within_brick(fma(w->t, w->d[a], w->o[a] - span->origin[a]));
         span->e[a] = w->through >> a & 1 ? w->facing[a] : e;
-        span->exit_axes |= (unsigned)(w->ahead[a] == span->t1) << a;
     }
     if (w->t != w->start)
         return;
@@ -151,19 +162,110 @@ static inline void walk_entry(const Walk *w, BrickSpan *span)
     }
 }
 
-static inline void walk_span(const Walk *w, uint32_t brick, double exit, bool entry, BrickSpan *span)
+/* `ahead`: where the planes are that the stretch may end at. */
+static inline void walk_span(const Walk *w, uint32_t brick, double exit, const double ahead[3], bool entry, BrickSpan *span)
 {
     span->t0 = w->t;
     span->t1 = exit;
     span->brick = brick;
     span->exit_axes = 0;
+    span->wide = false;
     for (int a = 0; a < 3; a++)
         span->origin[a] = w->at[a] * VOL_BRICK_CELLS;
-    if (entry)
-        walk_entry(w, span);
+    if (!entry)
+        return;
+    for (int a = 0; a < 3; a++)
+        span->exit_axes |= (unsigned)(ahead[a] == exit) << a;
+    walk_entry(w, span);
 }
 
-/* Size of the invisible block around w->at as a power of two, or VOL_VISIBLE with the brick's number. */
+/* ---- What is of one value ---- */
+
+/* The bricks like the one at w->at in a block of 2^log2 bricks a side, `octants` of which are given. */
+static inline void walk_octants(const Walk *w, const uint32_t octants[8], int log2, uint32_t *brick, WalkBox *box)
+{
+    unsigned here = vol_octant_of(w->at[0], w->at[1], w->at[2], log2);
+    *brick = octants[here];
+    for (int a = 0; a < 3; a++) {
+        unsigned bit = 4u >> a;
+        bool ends = false; /* in another value along this axis */
+        for (unsigned k = 0; k < 8; k++)
+            ends = ends || octants[k] != octants[k ^ bit];
+        int32_t first = w->at[a] & -(1 << log2), last = first + ((1 << log2) - 1);
+        box->lo[a] = ends && here & bit ? last : first;
+        box->hi[a] = ends && !(here & bit) ? last - 1 : last;
+    }
+}
+
+/* The bricks like the one at w->at, where no node has bricks of its own. */
+static inline void walk_look_wide(Walk *w, uint32_t *brick, WalkBox *box)
+{
+    if (w->node) {
+        walk_octants(w, w->node->octants, VOL_NODE_LOG2, brick, box);
+        return;
+    }
+    int32_t at[3];
+    for (int a = 0; a < 3; a++)
+        at[a] = w->at[a] >> VOL_ROOT_LOG2;
+    if (memcmp(at, w->root_at, sizeof at) != 0) {
+        memcpy(w->root_at, at, sizeof at);
+        w->root = vol_grid_root(w->scene->grid, at[0], at[1], at[2]);
+    }
+    *brick = 0;
+    if (w->root)
+        walk_octants(w, w->root->octants, VOL_ROOT_LOG2, brick, box);
+    if (w->root && !w->root->has_nodes)
+        return;
+    int log2 = vol_grid_empty_around(w->scene->grid, w->node_at);
+    for (int a = 0; a < 3; a++) {
+        int32_t first = w->at[a] & -(1 << log2), last = first + ((1 << log2) - 1);
+        box->lo[a] = w->root && box->lo[a] > first ? box->lo[a] : first;
+        box->hi[a] = w->root && box->hi[a] < last ? box->hi[a] : last;
+    }
+}
+
+static inline double walk_leaves_box(const Walk *w, const WalkBox *box, double ahead[3])
+{
+    double t = w->end;
+    for (int a = 0; a < 3; a++) {
+        ahead[a] = w->d[a] == 0 ? INFINITY : walk_plane(w, a, (w->d[a] > 0 ? box->hi[a] + 1 : box->lo[a]) * VOL_BRICK_CELLS);
+        t = ahead[a] < t ? ahead[a] : t;
+    }
+    return t;
+}
+
+/* What of a visible box may be crossed in one go; false: nothing, at w->at. */
+static inline bool walk_narrow(const Walk *w, uint32_t brick, WalkBox *box)
+{
+    int32_t margin = w->scene->margin;
+    bool inside = margin >= 0 && vol_brick_is_uniform(&w->scene->grid->bricks[brick]);
+    for (int a = 0; a < 3; a++) {
+        box->lo[a] += margin;
+        box->hi[a] -= margin;
+        inside = inside && w->at[a] >= box->lo[a] && w->at[a] <= box->hi[a];
+    }
+    return inside;
+}
+
+/* Crosses a box of bricks that are all the same, which is done with then; true: it is a stretch to be seen. */
+static inline bool walk_cross(Walk *w, uint32_t brick, const WalkBox *box, bool visible, bool entry, BrickSpan *span)
+{
+    double ahead[3], exit = walk_leaves_box(w, box, ahead);
+    bool found = visible && exit > w->t;
+    if (found) {
+        walk_span(w, brick, exit, ahead, entry, span);
+        span->wide = true;
+    }
+    w->t = exit;
+    if (w->t < w->end)
+        walk_locate(w);
+    return found;
+}
+
+/* ---- On the way ---- */
+
+/* Size of the invisible block around w->at as a power of two, or VOL_VISIBLE with the brick's number; VOL_WIDE: to be asked
+ * for by walk_look_wide. */
 static inline unsigned walk_look(Walk *w, uint32_t *brick)
 {
     const VolScene *scene = w->scene;
@@ -172,17 +274,11 @@ static inline unsigned walk_look(Walk *w, uint32_t *brick)
         w->node = vol_grid_node(scene->grid, n[0], n[1], n[2]);
         memcpy(w->node_at, n, sizeof n);
     }
-    *brick = 0;
-    if (!w->node)
-        return scene->background_visible ? VOL_VISIBLE : VOL_NODE_LEVEL;
-    size_t number = (size_t)(w->node - scene->grid->nodes);
-    if (!w->node->bricks) {
-        *brick = w->node->uniform;
-        return scene->node_visible[number] ? VOL_VISIBLE : VOL_NODE_LEVEL;
-    }
+    if (!w->node || !w->node->bricks)
+        return VOL_WIDE;
     size_t place = (size_t)(((w->at[0] & 15) * 16 + (w->at[1] & 15)) * 16 + (w->at[2] & 15));
     *brick = w->node->bricks[place];
-    return scene->levels[number * VOL_NODE_ENTRIES + place];
+    return scene->levels[(size_t)w->node->detail * VOL_NODE_ENTRIES + place];
 }
 
 /* The next visible brick's stretch, of positive length; false at the end of the ray.  `entry`: also where it begins and
@@ -195,6 +291,17 @@ static inline bool walk_next(Walk *w, bool entry, BrickSpan *span)
                 return false;
         uint32_t brick;
         unsigned level = walk_look(w, &brick);
+        if (level == VOL_WIDE) {
+            WalkBox box;
+            walk_look_wide(w, &brick, &box);
+            level = w->scene->brick_visible[brick] ? VOL_VISIBLE : 0;
+            if (level != VOL_VISIBLE || walk_narrow(w, brick, &box)) {
+                w->blocks += level != VOL_VISIBLE;
+                if (walk_cross(w, brick, &box, level == VOL_VISIBLE, entry, span))
+                    return true;
+                continue;
+            }
+        }
         w->blocks += level != VOL_VISIBLE;
         if (level != VOL_VISIBLE && level > 0) {
             w->t = walk_exit(w, 1 << level);
@@ -207,7 +314,7 @@ static inline bool walk_next(Walk *w, bool entry, BrickSpan *span)
             exit = w->ahead[a] < exit ? w->ahead[a] : exit;
         bool found = level == VOL_VISIBLE && exit > w->t;
         if (found)
-            walk_span(w, brick, exit, entry, span);
+            walk_span(w, brick, exit, w->ahead, entry, span);
         walk_step(w, exit > w->t ? exit : w->t);
         if (found)
             return true;

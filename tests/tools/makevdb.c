@@ -2,11 +2,14 @@
  *
  *     makevdb [--name NAME] [--type float|double|half|int32|vec3s] [--dims X,Y,Z] [--origin I,J,K] [--voxel H]
  *             [--map M00,..,M32] [--background B] [--sparse] [--empty] [--field FIELD] [--poke I,J,K,V]...
- *             [--text KEY=VALUE] [--frustum] [--also ...]
+ *             [--tile I,J,K,SIDE,V[,0]]... [--unfold] [--class CLASS] [--box] [--text KEY=VALUE] [--frustum]
+ *             [--also ...]
  *
  * --map: twelve numbers, world = (i, j, k, 1) M by rows.  --field: const:V, linear:A,B,C,D (A x + B y + C z + D in world
  * space), tent:Z,A,B (A x + B |z - Z|), bowl:X,Y,Z (squared distance to a point), gauss:X,Y,Z,S (exp(-r^2 / 2 S^2)),
  * waves (smooth, in [0, 1]), noise:SEED (independent voxels in [0, 1)), nan.  --poke sets one voxel.
+ * --tile: a cube of 8, 128 or 4096 voxels of one value, inactive where a 0 ends it, beside the box of voxels (--sparse; none
+ * with --empty).  --unfold writes tiles as voxels.  --box: the domain is the box of --dims and --origin, whatever is active.
  * --also begins another grid, which starts from the same settings.  --frustum: the last grid's transform becomes the second
  * half of a camera's frustum, as other programs write them. */
 #include <stdint.h>
@@ -15,7 +18,7 @@
 #include "io/vdb.h"
 #include "tool.h"
 
-enum { MAX_POKES = 8 };
+enum { MAX_POKES = 8, MAX_TILES = 64 };
 
 typedef struct Spec {
     const char *name, *type, *field, *text;
@@ -25,6 +28,10 @@ typedef struct Spec {
     bool sparse, empty;
     double pokes[MAX_POKES][4];
     size_t poke_count;
+    const char *grid_class;
+    double tiles[MAX_TILES][6]; /* place, side, value, active */
+    size_t tile_count;
+    bool unfold, box;
 } Spec;
 
 static void numbers(const char *text, double *out, size_t count, const char *what)
@@ -36,6 +43,15 @@ static void numbers(const char *text, double *out, size_t count, const char *wha
             die("%s wants %zu numbers", what, count);
         text = end + 1;
     }
+}
+
+static void tile(const char *text, double out[6])
+{
+    size_t commas = 0;
+    for (const char *at = text; *at; at++)
+        commas += *at == ',';
+    out[5] = 1;
+    numbers(text, out, commas == 5 ? 6 : 5, "--tile");
 }
 
 static void integers(const char *text, int32_t out[3], const char *what)
@@ -171,10 +187,54 @@ static void put_sparse(VolVdbWriter *writer, const Spec *spec, size_t components
                 put_leaf(writer, spec, (int32_t[3]){i, j, k}, components);
 }
 
+static void put_unfolded(VolVdbWriter *writer, const int32_t origin[3], int32_t side, double value, bool is_active)
+{
+    VolError err = {""};
+    double values[512];
+    uint64_t active[8];
+    memset(active, is_active ? 0xff : 0, sizeof active);
+    for (int n = 0; n < 512; n++)
+        values[n] = value;
+    for (int32_t i = 0; i < side; i += 8)
+        for (int32_t j = 0; j < side; j += 8)
+            for (int32_t k = 0; k < side; k += 8) {
+                const int32_t at[3] = {origin[0] + i, origin[1] + j, origin[2] + k};
+                must(vol_vdb_put_leaf_double(writer, at, values, active, &err), &err);
+            }
+}
+
+static void put_tiles(VolVdbWriter *writer, const Spec *spec)
+{
+    VolError err = {""};
+    for (size_t n = 0; n < spec->tile_count; n++) {
+        const double *tile = spec->tiles[n], value[3] = {tile[4], tile[4], tile[4]};
+        const int32_t origin[3] = {(int32_t)tile[0], (int32_t)tile[1], (int32_t)tile[2]}, side = (int32_t)tile[3];
+        if (spec->unfold)
+            put_unfolded(writer, origin, side, tile[4], tile[5] != 0);
+        else
+            must(vol_vdb_put_tile(writer, origin, side, value, tile[5] != 0, &err), &err);
+    }
+}
+
+/* What vol-import writes beside a dense box. */
+static void set_box(VolVdbMetaList *meta, const Spec *spec)
+{
+    VolError err = {""};
+    int32_t last[3];
+    for (int a = 0; a < 3; a++)
+        last[a] = spec->origin[a] + spec->dims[a] - 1;
+    must(vol_meta_set_text(meta, "vol:domain", "box", &err), &err);
+    must(vol_meta_set_vec3i(meta, "vol:domainMin", spec->origin, &err), &err);
+    must(vol_meta_set_vec3i(meta, "vol:domainMax", last, &err), &err);
+}
+
 static void put_grid(VolVdbWriter *writer, const Spec *spec)
 {
     VolError err = {""};
-    VolVdbNewGrid grid = {.name = spec->name, .store = store_of(spec->type), .index_to_world = spec->map};
+    VolVdbNewGrid grid = {.name = spec->name, .store = store_of(spec->type), .index_to_world = spec->map,
+                          .grid_class = spec->grid_class};
+    if (spec->box)
+        set_box(&grid.meta, spec);
     size_t components = grid.store == VOL_STORE_VEC3S ? 3 : 1;
     for (size_t c = 0; c < 3; c++)
         grid.background[c] = spec->background;
@@ -185,6 +245,8 @@ static void put_grid(VolVdbWriter *writer, const Spec *spec)
         else
             put_dense(writer, spec, components);
     }
+    put_tiles(writer, spec);
+    vol_meta_free(&grid.meta);
     must(vol_vdb_end_grid(writer, &err), &err);
 }
 
@@ -250,6 +312,12 @@ int main(int argc, char **argv)
         } else if (strcmp(option, "--frustum") == 0) {
             frustum = true;
             continue;
+        } else if (strcmp(option, "--unfold") == 0) {
+            spec.unfold = true;
+            continue;
+        } else if (strcmp(option, "--box") == 0) {
+            spec.box = true;
+            continue;
         } else if (strcmp(option, "--also") == 0) {
             put_grid(writer, &spec);
             continue;
@@ -262,6 +330,10 @@ int main(int argc, char **argv)
             spec.name = value;
         else if (strcmp(option, "--type") == 0)
             spec.type = value;
+        else if (strcmp(option, "--class") == 0)
+            spec.grid_class = value;
+        else if (strcmp(option, "--tile") == 0 && spec.tile_count < MAX_TILES)
+            tile(value, spec.tiles[spec.tile_count++]);
         else if (strcmp(option, "--field") == 0)
             spec.field = value;
         else if (strcmp(option, "--text") == 0)
