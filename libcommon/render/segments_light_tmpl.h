@@ -239,7 +239,25 @@ ALWAYS_INLINE void end_dark(Segments *k, ints mask, unsigned terms)
     k->samples.visiting &= ~dark;
 }
 
-/* What only layers and traces ask for: after `before`, the optical depth up to the segment. */
+/* Where the mean transmittance falls to one half within a segment, in which depths grow evenly: its share, or 2. */
+static double share_up_to_half(const double before[3], const double after[3], int channels)
+{
+    double lo = 0, hi = 1, at[3];
+    if (mean_transmittance(after, channels) > 0.5)
+        return 2;
+    for (int n = 0; n < 48; n++) {
+        double mid = 0.5 * (lo + hi);
+        for (int c = 0; c < channels; c++)
+            at[c] = fma(mid, after[c] - before[c], before[c]);
+        if (mean_transmittance(at, channels) > 0.5)
+            lo = mid;
+        else
+            hi = mid;
+    }
+    return hi;
+}
+
+/* What only layers and traces ask for. */
 static void note_segment(Segments *k, const SegmentEnd *a, const SegmentEnd *b, const SegmentParts *parts, unsigned i,
                          unsigned terms)
 {
@@ -250,10 +268,9 @@ static void note_segment(Segments *k, const SegmentEnd *a, const SegmentEnd *b, 
     for (int c = 0; c < channels_of(terms); c++)
         after[c] = before[c] + (double)parts->depth[c][i];
     if (scene->layers & VOL_LAYER_Z && isinf(out->depth)) {
-        double from = mean_transmittance(before, channels_of(terms)), to = mean_transmittance(after, channels_of(terms));
-        double share = to > 0 ? vol_log(from / 0.5) / vol_log(from / to) : 0.5;
-        if (to <= 0.5)
-            out->depth = t0 + (t1 - t0) * fmin(fmax(share, 0), 1);
+        double share = share_up_to_half(before, after, channels_of(terms));
+        if (share <= 1)
+            out->depth = t0 + (t1 - t0) * share;
     }
     if (scene->trace) {
         VolTraceStep step = {t0, t1, (double)a->field.v[i], (double)b->field.v[i], (double)parts->depth[0][i], 0, "segment"};
