@@ -135,15 +135,18 @@ static inline void copy_row(const VolGrid *grid, const VolBrick *brick, size_t p
     }
 }
 
+/* A brick and the 26 around it, [(x*3 + y)*3 + z]. */
+static inline void bricks_around(const VolGrid *grid, const int32_t origin[3], const VolBrick *out[27])
+{
+    const int32_t b[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+    for (int n = 0; n < 27; n++)
+        out[n] = &grid->bricks[vol_grid_brick_number(grid, b[0] + n / 9 - 1, b[1] + n / 3 % 3 - 1, b[2] + n % 3 - 1)];
+}
+
 /* The voxels from -1 to 9 along each axis, [(x*11 + y)*11 + z]. */
-static inline void gather_apron(const VolGrid *grid, const int32_t origin[3], const AxisPlaces places[3], real *out)
+static inline void gather_apron(const VolGrid *grid, const VolBrick *const bricks[27], const AxisPlaces places[3], real *out)
 {
     enum { BACKGROUND = 3 * VOL_BRICK_CELLS };
-    const VolBrick *bricks[27];
-    for (int n = 0; n < 27; n++) {
-        int32_t at[3] = {(origin[0] >> 3) + n / 9 - 1, (origin[1] >> 3) + n / 3 % 3 - 1, (origin[2] >> 3) + n % 3 - 1};
-        bricks[n] = &grid->bricks[vol_grid_brick_at(grid, at[0] * 8, at[1] * 8, at[2] * 8)];
-    }
     real line[BACKGROUND + 1] = {0}; /* three bricks' voxels, and what is outside */
     line[BACKGROUND] = (real)grid->background;
     int from[BRICK_APRON];
@@ -159,6 +162,38 @@ static inline void gather_apron(const VolGrid *grid, const int32_t origin[3], co
             for (int z = 0; z < BRICK_APRON; z++)
                 *out++ = line[outside ? BACKGROUND : from[z]];
         }
+}
+
+/* The same where none of the bricks has storage: the rows within a brick are alike. */
+static inline void gather_blocks(const VolGrid *grid, const VolBrick *const bricks[27], const AxisPlaces places[3], real *out)
+{
+    enum { OUTSIDE = 3, ROW = BRICK_APRON };
+    const real *known[OUTSIDE + 1][OUTSIDE + 1] = {{NULL}};
+    real line[OUTSIDE + 1];
+    line[OUTSIDE] = (real)grid->background;
+    for (int x = 0; x < ROW; x++)
+        for (int y = 0; y < ROW; y++, out += ROW) {
+            int bx = places[0].outside[x] ? OUTSIDE : places[0].brick[x];
+            int by = places[1].outside[y] ? OUTSIDE : places[1].brick[y];
+            bool outside = bx == OUTSIDE || by == OUTSIDE;
+            if (known[bx][by]) {
+                memcpy(out, known[bx][by], ROW * sizeof *out);
+                continue;
+            }
+            for (int b = 0; b < 3; b++)
+                line[b] = outside ? line[OUTSIDE] : (real)bricks[bx * 9 + by * 3 + b]->uniform;
+            for (int z = 0; z < ROW; z++)
+                out[z] = line[places[2].outside[z] ? OUTSIDE : places[2].brick[z]];
+            known[bx][by] = out;
+        }
+}
+
+static inline bool none_is_stored(const VolBrick *const bricks[27])
+{
+    bool none = true;
+    for (int n = 0; n < 27; n++)
+        none = none && bricks[n]->storage == VOL_NO_STORAGE;
+    return none;
 }
 
 /* Central differences by index step, one-sided at a box's faces and beside what is not finite. */
@@ -281,6 +316,7 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
                                           uint32_t number, const int32_t origin[3])
 {
     AxisPlaces places[3];
+    const VolBrick *bricks[27];
     real apron[BRICK_APRON * BRICK_APRON * BRICK_APRON], *out;
     /* A brick of one value may stand in many places, with other neighbours in each. */
     uint32_t key = grid->bricks[number].shared ? STORE_NOBODY : number + 1;
@@ -290,7 +326,11 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
         return out;
     for (int a = 0; a < 3; a++)
         axis_places(grid, a, origin[a], &places[a]);
-    gather_apron(grid, origin, places, apron);
+    bricks_around(grid, origin, bricks);
+    if (none_is_stored(bricks))
+        gather_blocks(grid, bricks, places, apron);
+    else
+        gather_apron(grid, bricks, places, apron);
     bool finite = none_is_a_hole(apron);
     static const int step[3] = {BRICK_APRON * BRICK_APRON, BRICK_APRON, 1};
     for (int a = 0; a < 3; a++) {

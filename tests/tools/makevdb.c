@@ -9,7 +9,7 @@
  * space), tent:Z,A,B (A x + B |z - Z|), bowl:X,Y,Z (squared distance to a point), gauss:X,Y,Z,S (exp(-r^2 / 2 S^2)),
  * waves (smooth, in [0, 1]), noise:SEED (independent voxels in [0, 1)), nan.  --poke sets one voxel.
  * --tile: a cube of 8, 128 or 4096 voxels of one value, inactive where a 0 ends it, beside the box of voxels (--sparse; none
- * with --empty).  --unfold writes tiles as voxels.  --box: the domain is the box of --dims and --origin, whatever is active.
+ * with --empty).  --unfold writes tiles as voxels, those of 4096 as tiles of 128.  --box: the domain is the box of --dims and --origin, whatever is active.
  * --also begins another grid, which starts from the same settings.  --frustum: the last grid's transform becomes the second
  * half of a camera's frustum, as other programs write them. */
 #include <stdint.h>
@@ -187,6 +187,18 @@ static void put_sparse(VolVdbWriter *writer, const Spec *spec, size_t components
                 put_leaf(writer, spec, (int32_t[3]){i, j, k}, components);
 }
 
+static void put_smaller_tiles(VolVdbWriter *writer, const int32_t origin[3], double value, bool is_active)
+{
+    enum { SIDE = 128, COUNT = 32 };
+    VolError err = {""};
+    const double values[3] = {value, value, value};
+    for (int32_t n = 0; n < COUNT * COUNT * COUNT; n++) {
+        const int32_t at[3] = {origin[0] + n / (COUNT * COUNT) * SIDE, origin[1] + n / COUNT % COUNT * SIDE,
+                               origin[2] + n % COUNT * SIDE};
+        must(vol_vdb_put_tile(writer, at, SIDE, values, is_active, &err), &err);
+    }
+}
+
 static void put_unfolded(VolVdbWriter *writer, const int32_t origin[3], int32_t side, double value, bool is_active)
 {
     VolError err = {""};
@@ -209,7 +221,9 @@ static void put_tiles(VolVdbWriter *writer, const Spec *spec)
     for (size_t n = 0; n < spec->tile_count; n++) {
         const double *tile = spec->tiles[n], value[3] = {tile[4], tile[4], tile[4]};
         const int32_t origin[3] = {(int32_t)tile[0], (int32_t)tile[1], (int32_t)tile[2]}, side = (int32_t)tile[3];
-        if (spec->unfold)
+        if (spec->unfold && side == 4096)
+            put_smaller_tiles(writer, origin, tile[4], tile[5] != 0);
+        else if (spec->unfold)
             put_unfolded(writer, origin, side, tile[4], tile[5] != 0);
         else
             must(vol_vdb_put_tile(writer, origin, side, value, tile[5] != 0, &err), &err);

@@ -89,6 +89,130 @@ static void large_tiles_are_not_unfolded(void)
     vol_grid_free(grid);
 }
 
+/* ---- Tiles of every size ---- */
+
+enum { ROOT = 4096, NODE = 128 };
+
+static double hashed(uint64_t seed, int32_t x, int32_t y, int32_t z, int size)
+{
+    Random r = {seed ^ vol_cubes_hash(x, y, z) * 2654435761u ^ (uint64_t)size << 56};
+    return random_unit(&r);
+}
+
+/* What there is of one size at a place: a tile of one of a few values, 0: nothing, or NAN: smaller things. */
+static double piece(uint64_t seed, const int32_t v[3], int size)
+{
+    double u = hashed(seed, v[0] & -size, v[1] & -size, v[2] & -size, size);
+    if (size == 1)
+        return floor(u * 4) / 4;
+    return u < 0.4 ? NAN : u < 0.5 ? 0 : u < 0.7 ? 0.5 : u < 0.9 ? 0.25 : 0.75;
+}
+
+/* Within two nodes of where the eight roots meet: elsewhere there is nothing smaller than they. */
+static bool is_near(const int32_t v[3])
+{
+    bool near = true;
+    for (int a = 0; a < 3; a++)
+        near = near && v[a] >= ROOT - 2 * NODE && v[a] < ROOT + 2 * NODE;
+    return near;
+}
+
+static double wanted(uint64_t seed, const int32_t v[3], int32_t side)
+{
+    static const int sizes[] = {ROOT, NODE, 8, 1};
+    for (int n = 0; n < 4; n++) {
+        double value = piece(seed, v, sizes[n]);
+        for (int a = 0; a < 3; a++)
+            if (v[a] < 0 || v[a] >= side)
+                return 0;
+        if (!isnan(value))
+            return value;
+        if (!is_near(v))
+            return 0;
+    }
+    return NAN;
+}
+
+static void put_piece(VolGridBuilder *builder, uint64_t seed, const int32_t at[3])
+{
+    float values[512];
+    uint64_t active[8];
+    double tile = piece(seed, at, 8);
+    memset(active, 0xff, sizeof active);
+    for (int n = 0; n < 512; n++)
+        values[n] = (float)piece(seed, (int32_t[3]){at[0] + (n >> 6), at[1] + (n >> 3 & 7), at[2] + (n & 7)}, 1);
+    if (isnan(tile))
+        CHECK(vol_grid_leaf(builder, at, values, NULL, active, NULL) == VOL_OK);
+    else
+        CHECK(vol_grid_tile(builder, at, 8, tile, true, NULL) == VOL_OK);
+}
+
+/* What lies in a cube of `size`: a tile, or nodes or bricks. */
+static void put_pieces(VolGridBuilder *builder, uint64_t seed, const int32_t at[3], int size)
+{
+    int part = size == ROOT ? NODE : 8;
+    double tile = piece(seed, at, size);
+    if (!isnan(tile)) {
+        CHECK(vol_grid_tile(builder, at, size, tile, true, NULL) == VOL_OK);
+        return;
+    }
+    for (int32_t x = at[0]; x < at[0] + size; x += part)
+        for (int32_t y = at[1]; y < at[1] + size; y += part)
+            for (int32_t z = at[2]; z < at[2] + size; z += part) {
+                const int32_t p[3] = {x, y, z};
+                if (part == NODE && is_near(p))
+                    put_pieces(builder, seed, p, NODE);
+                else if (part == 8)
+                    put_piece(builder, seed, p);
+            }
+}
+
+/* Cells around a point: their bricks hold what was put there. */
+static void check_around(const VolGrid *grid, uint64_t seed, const int32_t middle[3])
+{
+    enum { REACH = 10 };
+    for (int n = 0; n < 8 * REACH * REACH * REACH; n++) {
+        const int32_t cell[3] = {middle[0] - REACH + n % (2 * REACH), middle[1] - REACH + n / (2 * REACH) % (2 * REACH),
+                                 middle[2] - REACH + n / (4 * REACH * REACH)};
+        uint32_t number = vol_grid_brick_at(grid, cell[0], cell[1], cell[2]);
+        const VolBrick *brick = &grid->bricks[number];
+        for (int k = 0; k < 8; k++) {
+            const int32_t v[3] = {cell[0] + (k >> 2), cell[1] + (k >> 1 & 1), cell[2] + (k & 1)};
+            double want = wanted(seed, v, 2 * ROOT);
+            double got = held(grid, number, v[0] - (cell[0] & ~7), v[1] - (cell[1] & ~7), v[2] - (cell[2] & ~7));
+            if (want != got || want < brick->lo || want > brick->hi)
+                FAIL("seed %d, voxel %d %d %d: %g (brick from %g to %g), not %g", (int)seed, v[0], v[1], v[2], got, brick->lo,
+                     brick->hi, want);
+        }
+    }
+}
+
+static void blocks_end_in_what_lies_beside_them(void)
+{
+    for (uint64_t seed = 1; seed <= 12; seed++) {
+        VolGridSource source = {.index_to_world = identity, .box_max = {2 * ROOT - 1, 2 * ROOT - 1, 2 * ROOT - 1}};
+        VolGridBuilder *builder;
+        VolGrid *grid;
+        if (vol_grid_begin(&source, &builder, NULL))
+            abort();
+        for (int k = 0; k < 8; k++)
+            put_pieces(builder, seed, (int32_t[3]){(k >> 2) * ROOT, (k >> 1 & 1) * ROOT, (k & 1) * ROOT}, ROOT);
+        CHECK(vol_grid_finish(builder, &grid, NULL) == VOL_OK);
+        for (int n = 0; n < 27; n++) { /* where eight nodes meet, among them the roots' corner */
+            const int32_t at[3] = {ROOT + (n % 3 - 1) * NODE, ROOT + (n / 3 % 3 - 1) * NODE, ROOT + (n / 9 - 1) * NODE};
+            check_around(grid, seed, at);
+        }
+        for (int a = 0; a < 3; a++) { /* the roots' faces and edges, far from all else, and the domain's corners */
+            int32_t at[3] = {1000, 1000, 1000}, edge[3] = {ROOT, ROOT, ROOT};
+            at[a] = ROOT;
+            edge[a] = 7000;
+            check_around(grid, seed, at);
+            check_around(grid, seed, edge);
+        }
+        vol_grid_free(grid);
+    }
+}
+
 static VolGrid *ramp(bool box, const int32_t lo[3], const int32_t hi[3], double gx, double gy, double gz, bool wide)
 {
     VolGridSource source = {.index_to_world = identity, .box = box, .as_double = wide};
@@ -371,6 +495,7 @@ int main(void)
 {
     RUN(bricks_repeat_their_voxels);
     RUN(large_tiles_are_not_unfolded);
+    RUN(blocks_end_in_what_lies_beside_them);
     RUN(gradients_are_central_and_one_sided_at_faces);
     RUN(a_box_of_one_voxel_is_constant_along_it);
     RUN(doubles_are_kept);
