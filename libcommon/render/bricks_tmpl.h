@@ -165,7 +165,8 @@ static inline void gather_apron(const VolGrid *grid, const VolBrick *const brick
 }
 
 /* The same where none of the bricks has storage: the rows within a brick are alike. */
-static inline void gather_blocks(const VolGrid *grid, const VolBrick *const bricks[27], const AxisPlaces places[3], real *out)
+static inline void gather_blocks(const VolGrid *grid, const VolBrick *const bricks[27], const AxisPlaces places[3],
+                                 real *out)
 {
     enum { OUTSIDE = 3, ROW = BRICK_APRON };
     const real *known[OUTSIDE + 1][OUTSIDE + 1] = {{NULL}};

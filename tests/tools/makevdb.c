@@ -9,7 +9,8 @@
  * space), tent:Z,A,B (A x + B |z - Z|), bowl:X,Y,Z (squared distance to a point), gauss:X,Y,Z,S (exp(-r^2 / 2 S^2)),
  * waves (smooth, in [0, 1]), noise:SEED (independent voxels in [0, 1)), nan.  --poke sets one voxel.
  * --tile: a cube of 8, 128 or 4096 voxels of one value, inactive where a 0 ends it, beside the box of voxels (--sparse; none
- * with --empty).  --unfold writes tiles as voxels, those of 4096 as tiles of 128.  --box: the domain is the box of --dims and --origin, whatever is active.
+ * with --empty).  --unfold writes tiles as voxels, those of 4096 as tiles of 128.  --box: the domain is the box of --dims
+ * and --origin, whatever is active.
  * --also begins another grid, which starts from the same settings.  --frustum: the last grid's transform becomes the second
  * half of a camera's frustum, as other programs write them. */
 #include <stdint.h>

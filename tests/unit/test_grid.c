@@ -181,8 +181,8 @@ static void check_around(const VolGrid *grid, uint64_t seed, const int32_t middl
             double want = wanted(seed, v, 2 * ROOT);
             double got = held(grid, number, v[0] - (cell[0] & ~7), v[1] - (cell[1] & ~7), v[2] - (cell[2] & ~7));
             if (want != got || want < brick->lo || want > brick->hi)
-                FAIL("seed %d, voxel %d %d %d: %g (brick from %g to %g), not %g", (int)seed, v[0], v[1], v[2], got, brick->lo,
-                     brick->hi, want);
+                FAIL("seed %d, voxel %d %d %d: %g for %g, brick from %g to %g", (int)seed, v[0], v[1], v[2], got, want,
+                     brick->lo, brick->hi);
         }
     }
 }
