@@ -58,6 +58,7 @@ typedef struct Samples {
     Doubles stands_for;          /* so many samples each of them is: more than 1 on wide stretches, */
     bool equals;                 /* where some lane is on one: `stands_for` is to be looked at */
     ints left;                   /* samples from the next one on */
+    ints end_first;              /* the first is an end of the ray, to be judged: see is_end */
     reals e[3], hd[3], j;        /* the next sample lies at e + j hd from the brick's first voxel */
 } Samples;
 
@@ -126,6 +127,13 @@ static inline void samples_begin(Samples *s, const VolScene *scene, VolScratch *
         for (int a = 0; a < 3; a++)
             s->hd[a][i] = (real)(s->h * s->lanes.walk[i].d[a]);
     }
+}
+
+/* Whether sample n is an end of the ray.  There the field is judged as `exact` judges it: on a face of the domain by that
+ * face's voxels alone, so that all estimators agree on the surfaces that lie in it. */
+static inline bool is_end(const Samples *s, unsigned i, double n)
+{
+    return s->shift > 0 ? n < 0 || n > s->last[i] : n <= 0 || n >= s->last[i];
 }
 
 /* ---- Runs ---- */
@@ -220,6 +228,7 @@ static inline void start_run(Samples *s, unsigned i, double n)
     for (int a = 0; a < 3; a++)
         s->e[a][i] = run.e[a];
     s->visiting[i] = -1;
+    s->end_first[i] = s->lanes.optics->jumps && !s->lanes.span[i].wide && is_end(s, i, run.first) ? -1 : 0;
     s->lanes.scratch->skipped.cells_met += (uint64_t)(run.count * stands_for);
 }
 
@@ -288,8 +297,10 @@ typedef struct SamplePlaces {
     reals f[3];    /* within the cell, in [0, 1] */
 } SamplePlaces;
 
+static void judge_ends_of_rays(Samples *s, ints mask, reals *v);
+
 /* The field at each visiting lane's sample j.  `valid`: visiting, and not in a hole. */
-ALWAYS_INLINE reals samples_value(const Samples *s, SamplePlaces *at, ints *valid)
+ALWAYS_INLINE reals samples_value(Samples *s, SamplePlaces *at, ints *valid)
 {
     const Lanes *l = &s->lanes;
     reals cell[3], corners[8];
@@ -311,7 +322,11 @@ ALWAYS_INLINE reals samples_value(const Samples *s, SamplePlaces *at, ints *vali
         least = reals_max(least, s->lo); /* beside a hole it is no number */
         most = reals_min(most, s->hi);
     }
-    return reals_min(reals_max(v, least), most);
+    v = reals_min(reals_max(v, least), most);
+    ints ends = s->end_first & s->visiting & (ints)(s->j == 0);
+    if (__builtin_expect(any(ends), 0))
+        judge_ends_of_rays(s, ends, &v);
+    return v;
 }
 
 /* The gradient of the field in world space, for `mask` of the visiting lanes; the others: 0. */
@@ -339,6 +354,7 @@ typedef struct Place {
     int32_t origin[3];
     int offset;
     real f[3];
+    bool is_end; /* of the ray */
 } Place;
 
 typedef struct Sample {
@@ -377,6 +393,31 @@ static inline void set_cell(Place *place, const real p[3])
         cell[a] = (int)p[a];
         place->f[a] = p[a] - (real)cell[a];
     }
+    place->is_end = false;
+    place->offset = (cell[0] * 9 + cell[1]) * 9 + cell[2];
+}
+
+/* An end of the ray that lies on faces of the domain but for rounding lies on them. */
+static inline void settle_end(const Samples *s, unsigned i, Place *place)
+{
+    const VolGrid *grid = s->lanes.scene->grid;
+    const Walk *w = &s->lanes.walk[i];
+    int cell[3];
+    for (int a = 0; a < 3; a++) {
+        double x = fma(place->t, w->d[a], w->o[a] - place->origin[a]), near = 0x1p-48 * (fabs(w->o[a]) + fabs(x) + 8);
+        double lo = grid->domain_min[a] - place->origin[a], hi = grid->domain_max[a] - place->origin[a];
+        cell[a] = (place->offset / (a == 0 ? 81 : a == 1 ? 9 : 1)) % 9;
+        if (lo < hi && (real)x == (real)hi)
+            x = hi;
+        if (lo < hi && fabs(x - hi) <= near) {
+            cell[a] = (int)hi - 1;
+            place->f[a] = 1;
+        } else if (fabs(x - lo) <= near || (real)x == (real)lo) {
+            cell[a] = (int)lo;
+            place->f[a] = 0;
+        }
+    }
+    place->is_end = true;
     place->offset = (cell[0] * 9 + cell[1]) * 9 + cell[2];
 }
 
@@ -392,6 +433,8 @@ static inline Place place_of_sample(const Samples *s, unsigned i, double n)
     for (int a = 0; a < 3; a++)
         p[a] = real_fma((real)(n - run.first), s->hd[a][i], run.e[a]);
     set_cell(&place, p);
+    if (is_end(s, i, n))
+        settle_end(s, i, &place);
     return place;
 }
 
@@ -431,6 +474,23 @@ static inline real interpolate_place(const real *voxels, const Place *place, boo
     return real_fma(f[0], y1 - y0, y0);
 }
 
+/* The field there, of nothing but the corners that carry weight. */
+static inline real judge_place(const real *voxels, const Place *place)
+{
+    const real *at = voxels + place->offset, *f = place->f;
+    real v = 0, least = INFINITY, most = -INFINITY;
+    for (int n = 0; n < 8; n++) {
+        real x = n >> 2 ? f[0] : 1 - f[0], y = n >> 1 & 1 ? f[1] : 1 - f[1], z = n & 1 ? f[2] : 1 - f[2];
+        real weight = x * y * z, corner = at[(n >> 2) * 81 + (n >> 1 & 1) * 9 + (n & 1)];
+        if (weight == 0)
+            continue;
+        v = real_fma(weight, corner, v);
+        least = real_min(least, corner);
+        most = real_max(most, corner);
+    }
+    return real_min(real_max(v, least), most);
+}
+
 /* The field there. */
 static inline Sample sample_at(Samples *s, const Place *place)
 {
@@ -446,7 +506,20 @@ static inline Sample sample_at(Samples *s, const Place *place)
     bool jumps = l->optics->jumps;
     sample.valid = finite;
     sample.v = real_min(real_max(v, jumps ? least : (real)brick->lo), jumps ? most : (real)brick->hi);
+    if (place->is_end && finite && jumps)
+        sample.v = judge_place(voxels, place);
     return sample;
+}
+
+/* Puts the ends of rays among the samples of `mask` right. */
+static void judge_ends_of_rays(Samples *s, ints mask, reals *v)
+{
+    FOR_LANES(i, mask_bits(mask)) {
+        Place place = place_of_sample(s, i, s->first[i]);
+        Sample sample = sample_at(s, &place);
+        if (sample.valid)
+            (*v)[i] = sample.v;
+    }
 }
 
 /* The gradient there, in world space. */
