@@ -129,9 +129,9 @@ static VolStatus load_volume(Job *job, VolError *err)
     size_t size = bytes.size;
     status = vol_vdb_open(bytes, name, &vdb, err);
     if (!status)
-        status = vol_load_volume(vdb, options.grid, false, job->run->threads, &job->run->log, &job->grid, err);
-    if (!status)
         status = inspect_volume(job, vdb, size, err);
+    if (!status) /* the last: it consumes the file */
+        status = vol_load_volume(vdb, options.grid, false, job->run->threads, &job->run->log, &job->grid, err);
     vol_vdb_close(vdb);
     return status ? vol_fail_within(err, status, "--volume '%s'", name) : VOL_OK;
 }

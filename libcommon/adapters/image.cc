@@ -107,8 +107,7 @@ int read_open(OIIO::ImageInput &input, const OIIO::ImageSpec &spec, size_t size,
     return done;
 }
 
-int read(const void *bytes, size_t size, const char *format, const char *path, VolImageAdapterPixels *out, char *why,
-         size_t why_size)
+int read(const void *bytes, size_t size, const char *format, VolImageAdapterPixels *out, char *why, size_t why_size)
 {
     return guarded(why, why_size, [&]() -> int {
         *out = {};
@@ -119,12 +118,9 @@ int read(const void *bytes, size_t size, const char *format, const char *path, V
         OIIO::Filesystem::IOMemReader memory(const_cast<void *>(bytes), size);
         OIIO::ImageSpec spec, config;
         config.attribute("oiio:UnassociatedAlpha", 1); // multiplying comes after decoding from sRGB
-        bool from_memory = input->supports("ioproxy");
-        if (!from_memory && !path)
-            return say(why, why_size, std::string(format) + " images can be read from files only, not from pipes");
-        if (from_memory)
-            input->set_ioproxy(&memory);
-        if (!input->open(from_memory ? "memory" : path, spec, config))
+        if (!input->supports("ioproxy") || !input->set_ioproxy(&memory))
+            return say(why, why_size, "this OpenImageIO cannot read them from memory");
+        if (!input->open("memory", spec, config))
             return say(why, why_size, input->geterror());
         int result = read_open(*input, spec, size, out, why, why_size);
         input->close();

@@ -4,7 +4,7 @@
 
 #include <stddef.h>
 
-#define VOL_IMAGE_ADAPTER_VERSION 1
+#define VOL_IMAGE_ADAPTER_VERSION 2
 
 typedef struct VolImageAdapterPixels {
     int width, height, channels;
@@ -17,10 +17,9 @@ typedef struct VolImageAdapterPixels {
 
 typedef struct VolImageAdapter {
     int version;
-    /* 0: done; 1: bad input (`why` says); 2: out of memory.  `format` is OpenImageIO's name; formats that cannot be read
-     * from memory are read from `path`, which may be NULL. */
-    int (*read)(const void *bytes, size_t size, const char *format, const char *path, VolImageAdapterPixels *out,
-                char *why, size_t why_size);
+    /* 0: done; 1: bad input (`why` says); 2: out of memory.  `format` is OpenImageIO's name. */
+    int (*read)(const void *bytes, size_t size, const char *format, VolImageAdapterPixels *out, char *why,
+                size_t why_size);
     /* 8-bit sRGB; *out is from malloc. */
     int (*encode_png)(const unsigned char *rgb, int width, int height, unsigned char **out, size_t *out_size, char *why,
                       size_t why_size);

@@ -10,6 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
+#include <unistd.h>
 
 /* In builds with -DVOL_FAULTS the environment's VOL_FAULT=malloc:N makes the N-th allocation of the run fail, so that a
  * test can walk through all of them. */
@@ -143,6 +144,14 @@ void vol_bytes_free(VolBytes *bytes)
     else
         free(bytes->data);
     *bytes = (VolBytes){0};
+}
+
+void vol_bytes_forget(const VolBytes *bytes, size_t begin, size_t end)
+{
+    uintptr_t page = (uintptr_t)sysconf(_SC_PAGESIZE), base = (uintptr_t)bytes->data;
+    uintptr_t from = (base + begin + page - 1) / page * page, to = (base + end) / page * page;
+    if (from < to)
+        madvise((void *)from, to - from, MADV_DONTNEED);
 }
 
 VolStatus vol_bytes_append(VolBytes *bytes, size_t *capacity, const void *data, size_t size, VolError *err)

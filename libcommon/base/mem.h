@@ -37,6 +37,9 @@ typedef struct VolBytes {
 
 void vol_bytes_free(VolBytes *bytes);
 
+/* Of an allocated block, the whole pages between the bytes `begin` and `end` take no more memory: they are zeros now. */
+void vol_bytes_forget(const VolBytes *bytes, size_t begin, size_t end);
+
 /* Appends to an allocated block that grows by doubling; `capacity` is the caller's. */
 VolStatus vol_bytes_append(VolBytes *bytes, size_t *capacity, const void *data, size_t size, VolError *err);
 

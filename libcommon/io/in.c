@@ -1,50 +1,69 @@
+/* Inputs are read into memory of our own and never mapped: a mapping, private or not, shows what others write to the file,
+ * so that what has been checked might no longer be what is used, and raises SIGBUS where the file is cut. */
 #include "io/in.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 const char *vol_input_name(const char *path) { return strcmp(path, "-") ? path : "stdin"; }
 
-static VolStatus read_to_end(int fd, const char *name, VolBytes *out, VolError *err)
+/* How much of a regular file is left to read; 0: not known. */
+static size_t size_left(int fd, const struct stat *info)
 {
-    enum { BLOCK = 1 << 16 };
-    size_t capacity = 0;
-    VolStatus status = VOL_OK;
-    unsigned char *block = vol_alloc(BLOCK, 1);
-    if (!block)
-        return vol_fail_memory(err, BLOCK);
-    while (status == VOL_OK) {
-        ssize_t got = read(fd, block, BLOCK);
-        if (got == 0)
-            break;
-        if (got > 0)
-            status = vol_bytes_append(out, &capacity, block, (size_t)got, err);
-        else if (errno != EINTR)
-            status = vol_fail_errno(err, errno, "cannot read", name);
-    }
-    free(block);
-    if (status == VOL_OK && !out->data) { /* empty: a valid block of no bytes */
-        out->data = vol_alloc(0, 1);
-        status = out->data ? VOL_OK : vol_fail_memory(err, 0);
-    }
-    if (status != VOL_OK)
-        vol_bytes_free(out);
+    off_t at = S_ISREG(info->st_mode) ? lseek(fd, 0, SEEK_CUR) : -1;
+    return at >= 0 && info->st_size > at ? (size_t)(info->st_size - at) : 0;
+}
+
+/* One read(2) into the room behind out->size; *got is 0 at the end. */
+static VolStatus read_piece(int fd, const char *name, VolBytes *out, size_t capacity, size_t *got, VolError *err)
+{
+    enum { MOST = 1 << 30 }; /* Linux reads less than 2 GiB at once */
+    size_t room = capacity - out->size;
+    ssize_t n;
+    do
+        n = read(fd, out->data + out->size, room < MOST ? room : MOST);
+    while (n < 0 && errno == EINTR);
+    *got = n > 0 ? (size_t)n : 0;
+    out->size += *got;
+    return n < 0 ? vol_fail_errno(err, errno, "cannot read", name) : VOL_OK;
+}
+
+/* The block becomes `capacity` bytes large. */
+static VolStatus resize(VolBytes *out, size_t capacity, VolError *err)
+{
+    unsigned char *moved = vol_resize(out->data, capacity, 1);
+    if (!moved)
+        return vol_fail_memory(err, capacity);
+    out->data = moved;
+    return VOL_OK;
+}
+
+/* Of a file as much as it held at first, so that one that somebody adds to has an end. */
+static VolStatus read_expected(int fd, const char *name, size_t expected, VolBytes *out, VolError *err)
+{
+    size_t got = 1;
+    VolStatus status = resize(out, expected, err);
+    while (!status && got && out->size < expected)
+        status = read_piece(fd, name, out, expected, &got, err);
+    if (!status && out->size < expected)
+        status = vol_fail(err, VOL_IO, "cannot read '%s': it was cut to %zu bytes while it was read", name, out->size);
     return status;
 }
 
-/* Private, so that what we read stays what it was even if we write into it. */
-static bool map_file(int fd, off_t size, VolBytes *out)
+static VolStatus read_to_end(int fd, const char *name, VolBytes *out, VolError *err)
 {
-    void *data = mmap(NULL, (size_t)size, PROT_READ | PROT_WRITE, MAP_PRIVATE, fd, 0);
-    if (data == MAP_FAILED)
-        return false;
-    *out = (VolBytes){.data = data, .size = (size_t)size, .mapped = true};
-    return true;
+    size_t capacity = 1 << 16, got = 1;
+    VolStatus status = resize(out, capacity, err);
+    while (!status && got) {
+        if (out->size == capacity)
+            status = resize(out, capacity *= 2, err);
+        if (!status)
+            status = read_piece(fd, name, out, capacity, &got, err);
+    }
+    return status ? status : resize(out, out->size, err);
 }
 
 VolStatus vol_refuse_input_terminal(const char *name, VolError *err)
@@ -61,10 +80,11 @@ static VolStatus read_open(int fd, const char *name, bool allow_terminal, VolByt
         return vol_fail(err, VOL_IO, "cannot read '%s': %s", name, strerror(EISDIR));
     if (!allow_terminal && S_ISCHR(info.st_mode) && isatty(fd))
         return vol_refuse_input_terminal(name, err);
-    /* stdin may stand in the middle of a file; only a reading from its start may be a mapping. */
-    if (S_ISREG(info.st_mode) && info.st_size > 0 && lseek(fd, 0, SEEK_CUR) == 0 && map_file(fd, info.st_size, out))
-        return VOL_OK;
-    return read_to_end(fd, name, out, err);
+    size_t left = size_left(fd, &info);
+    VolStatus status = left ? read_expected(fd, name, left, out, err) : read_to_end(fd, name, out, err);
+    if (status)
+        vol_bytes_free(out);
+    return status;
 }
 
 VolStatus vol_read_whole(const char *path, bool allow_terminal, VolBytes *out, VolError *err)

@@ -1,4 +1,4 @@
-/* Reading whole inputs: files are mapped, pipes and FIFOs are read to their end; what a file is, its first bytes tell. */
+/* Reading whole inputs into memory that nobody else writes to; what a file is, its first bytes tell. */
 #ifndef VOL_IO_IN_H
 #define VOL_IO_IN_H
 
@@ -7,7 +7,8 @@
 
 typedef enum VolKind { VOL_KIND_OTHER, VOL_KIND_VDB, VOL_KIND_EXR, VOL_KIND_JSON, VOL_KIND_EMPTY } VolKind;
 
-/* `path` "-" is stdin.  A terminal on stdin is refused (VOL_USAGE) unless `allow_terminal`. */
+/* `path` "-" is stdin.  A terminal on stdin is refused (VOL_USAGE) unless `allow_terminal`.  A file that gets shorter
+ * meanwhile: VOL_IO. */
 VolStatus vol_read_whole(const char *path, bool allow_terminal, VolBytes *out, VolError *err);
 
 /* VOL_USAGE with the message for a terminal as input. */

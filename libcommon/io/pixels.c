@@ -179,8 +179,7 @@ static VolStatus from_other(const VolBytes *bytes, const char *name, const char 
         return status;
     VolImageAdapterPixels pixels;
     char why[512] = "";
-    const char *path = bytes->mapped ? name : NULL;
-    int result = adapter->read(bytes->data, bytes->size, format, path, &pixels, why, sizeof why);
+    int result = adapter->read(bytes->data, bytes->size, format, &pixels, why, sizeof why);
     if (result == 2)
         return vol_fail_memory(err, bytes->size);
     if (result)

@@ -28,7 +28,7 @@ typedef enum VolPixelsUse {
  * to 0..1, then multiplied by alpha where the file's are not.  Grey with alpha becomes RGBA.
  * NaN and infinities are left as they are.  EXR: R G B [A] of the first part or layer that has them, else luminance, else,
  * but for VOL_PIXELS_COLOR, a channel that is alone; a note says which, a warning where others could have been meant.
- * `name`: for messages, and the path for formats that cannot be read from memory (only where `bytes` is a mapped file).
+ * `name`: for messages.
  * VOL_BAD_INPUT: not a picture, damaged, or more than 4 channels. */
 VolStatus vol_pixels_read(const VolBytes *bytes, const char *name, VolPixelsUse use, const VolLog *log, VolPixels *out,
                           VolError *err);

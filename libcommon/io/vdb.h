@@ -114,11 +114,12 @@ typedef struct VolVdbVisitor {
      * been seen, with values through leaf_float or leaf_double, from `threads` threads at once and in any order. */
     VolStatus (*place)(void *user, const int32_t origin[3], VolError *err);
     int threads;
+    bool last; /* no grid of this file will be visited again: its memory is given back as leaves are consumed */
 } VolVdbVisitor;
 
-/* Unpacks grid `index` and walks it in a fixed order (by origin, x first, within each node), one leaf at a time; pages of
- * a mapped file are given back as they are consumed.  Types that cannot be unpacked: VOL_BAD_INPUT with the type's name; so
- * are grids whose transform hides the tree (map_size 0), but not those of a transform that is merely not affine. */
+/* Unpacks grid `index` and walks it in a fixed order (by origin, x first, within each node), one leaf at a time.  Types that
+ * cannot be unpacked: VOL_BAD_INPUT with the type's name; so are grids whose transform hides the tree (map_size 0), but not
+ * those of a transform that is merely not affine. */
 VolStatus vol_vdb_visit(const VolVdb *vdb, size_t index, const VolVdbVisitor *visitor, void *user, VolError *err);
 
 /* ---- Writing ---- */

@@ -157,6 +157,9 @@ VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, Vo
     const VdbGrid *grid = &vdb->grids[vdb->grids[index].parent];
     const VolVdbEntry *entry = &grid->entry;
     size_t end = entry->offset + entry->size;
+    if (grid->gone)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot read grid '%s' of '%s' again after its last visit", entry->name,
+                        vdb->name);
     VolStatus status = vol_vdb_walk_tree(vdb, grid, end, out, err);
     if (!status && (out->end != end || out->buffers != grid->buffers))
         status = vol_fail(err, VOL_BAD_INPUT, "byte %zu: the tree ends here, not at byte %zu as the file has it",

@@ -22,6 +22,7 @@ typedef struct VdbGrid {
     size_t parent;       /* index of the grid that holds the tree; its own where it is no instance */
     size_t tree;         /* byte where the tree begins; 0 where a transform of unknown kind hides it */
     size_t buffers;      /* byte where the buffers begin; 0 in files without offsets until walked */
+    bool gone;           /* after a last visit: its bytes may be */
 } VdbGrid;
 
 struct VolVdb {

@@ -4,8 +4,6 @@
 
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include "base/plugin.h"
 #include "base/pool.h"
@@ -251,14 +249,11 @@ static VolStatus count(Visit *visit)
     return status;
 }
 
-/* Pages of a mapped file that lie within the bytes from `begin` to `end` take no more memory until they are read again. */
+/* On a last visit what was used takes no more memory. */
 static void give_back(const Visit *visit, size_t begin, size_t end)
 {
-    size_t page = (size_t)sysconf(_SC_PAGESIZE);
-    begin = (begin + page - 1) / page * page;
-    end = end / page * page;
-    if (visit->vdb->bytes.mapped && begin < end)
-        madvise(visit->vdb->bytes.data + begin, end - begin, MADV_DONTNEED);
+    if (visit->visitor->last)
+        vol_bytes_forget(&visit->vdb->bytes, begin, end);
 }
 
 static VolStatus show_leaves(void *user, size_t index, int thread, VolError *err)
@@ -285,6 +280,8 @@ static VolStatus run(Visit *visit)
     visit->workspace = vol_alloc((size_t)threads, sizeof *visit->workspace);
     if (!visit->workspace)
         return vol_fail_memory(visit->err, (size_t)threads * sizeof *visit->workspace);
+    give_back(visit, 0, visit->tree.begin); /* other grids */
+    give_back(visit, visit->tree.end, visit->vdb->bytes.size);
     status = meet_root(visit);
     if (!status && visit->visitor->place)
         status = vol_parallel(threads, (visit->tree.leaf_count + LEAVES_PER_ITEM - 1) / LEAVES_PER_ITEM, show_leaves,
@@ -326,6 +323,8 @@ VolStatus vol_vdb_visit(const VolVdb *vdb, size_t index, const VolVdbVisitor *vi
         status = vol_plugin("blosc", &blosc, err);
         visit.tree.blosc = blosc;
     }
+    for (size_t i = 0; i < vdb->count && !status && visitor->last; i++)
+        vdb->grids[i].gone = true;
     if (!status)
         status = run(&visit);
     vol_vdb_tree_free(&visit.tree);

@@ -99,10 +99,11 @@ static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
     return VOL_OK;
 }
 
-static VolStatus load_entry(const VolVdb *vdb, size_t index, bool as_double, int threads, VolGrid **out, VolError *err)
+static VolStatus load_entry(const VolVdb *vdb, size_t index, bool as_double, bool last, int threads, VolGrid **out,
+                            VolError *err)
 {
     Loading loading = {.entry = vol_vdb_entry(vdb, index), .as_double = as_double, .threads = threads};
-    VolVdbVisitor visitor = {begin, leaf_float, as_double ? leaf_double : NULL, tile, place, threads};
+    VolVdbVisitor visitor = {begin, leaf_float, as_double ? leaf_double : NULL, tile, place, threads, last};
     VolStatus status = vol_vdb_visit(vdb, index, &visitor, &loading, err);
     if (!status)
         return vol_grid_finish(loading.builder, out, err);
@@ -128,13 +129,15 @@ VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_do
     const VolVdbEntry *entry = vol_vdb_entry(vdb, index);
     VolVdbValue value = vol_vdb_value(entry);
     bool wide = value == VOL_VALUE_DOUBLE || value == VOL_VALUE_INT32 || value == VOL_VALUE_INT64;
+    /* A grid of doubles may have to be read again. */
+    bool as_double = keep_double && wide, last = as_double || value != VOL_VALUE_DOUBLE;
     status = check_entry(entry, err);
     if (!status)
-        status = load_entry(vdb, index, keep_double && wide, threads, out, err);
-    if (!status && value == VOL_VALUE_DOUBLE && !keep_double && float_may_lose(*out)) {
+        status = load_entry(vdb, index, as_double, last, threads, out, err);
+    if (!status && !last && float_may_lose(*out)) {
         vol_grid_free(*out);
         *out = NULL;
-        status = load_entry(vdb, index, true, threads, out, err);
+        status = load_entry(vdb, index, true, true, threads, out, err);
     }
     if (status) {
         char label[VOL_VDB_LABEL];
