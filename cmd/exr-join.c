@@ -25,7 +25,7 @@ static VolStatus join(const Run *run, const VolImage *crops, const char *const *
     if (!status)
         status = vol_exr_write(&frame, VOL_EXR_ZIP, run->threads, &bytes, NULL, err);
     if (!status)
-        status = run_write(run, bytes.data, bytes.size, true, err);
+        status = run_write(run, &bytes, true, err);
     vol_stats_stage(run->stats, "write");
     vol_bytes_free(&bytes);
     vol_image_free(&frame);

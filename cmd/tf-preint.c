@@ -28,7 +28,8 @@ static const VolOpt table[] = {
     {0, "step", VOL_OPT_WORLD_LENGTH, AT(step), "LEN", NULL, "length of the segments: 2 (world units), 1v (particle_step)"},
     {0, "part", VOL_OPT_TEXT, AT(part), "LIST", "tf,integrals,full", "what to write"},
     {0, "octaves", VOL_OPT_INT, AT(octaves), "N", "1", "full tables for LEN, 2 LEN, 4 LEN, ..: how many"},
-    {0, "plot", VOL_OPT_TEXT, AT(plot), "FILE.png", NULL, "draw the functions (on a terminal: instead of tables)"},
+    {.name = "plot", .kind = VOL_OPT_TEXT, .offset = AT(plot), .value_name = "FILE.png", .unrecorded = true,
+     .help = "draw the functions (on a terminal: instead of tables)"},
     {0, "volume", VOL_OPT_TEXT, AT(volume), "VOL.vdb", NULL, "plot over its histogram; tabulate what it can need"},
     {0, "grid", VOL_OPT_TEXT, AT(grid), "NAME", NULL, "the volume's grid (density, or the only scalar one)"},
 };
@@ -203,8 +204,7 @@ static VolStatus write_plot(const Job *job, VolError *err)
     const VolTables *t = job->tables;
     VolStatus status = vol_tf_plot(&t->tf, &t->compiled, t->preint.lo, t->preint.hi, job->data, &png, err);
     if (!status)
-        status = vol_write_whole(options.plot, png.data, png.size, (VolOutOptions){.binary = true}, err);
-    vol_bytes_free(&png);
+        status = run_write_to(job->run, options.plot, &png, true, err);
     return status;
 }
 
@@ -221,7 +221,7 @@ static VolStatus write_tables(const Job *job, unsigned parts, VolError *err)
     vol_image_free(&image);
     vol_stats_stage(job->run->stats, "encode");
     if (!status)
-        status = run_write(job->run, bytes.data, bytes.size, true, err);
+        status = run_write(job->run, &bytes, true, err);
     vol_bytes_free(&bytes);
     return status;
 }
@@ -306,6 +306,7 @@ int main(int argc, char **argv)
                                     .rows = sizeof table / sizeof *table,
                                     .options = &options,
                                     .max_operands = 1,
+                                    .also = &options.plot,
                                     .main = tf_preint};
     return program_main(&program, argc, argv);
 }

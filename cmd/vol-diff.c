@@ -45,7 +45,7 @@ static VolStatus diff_images(const Run *run, VolBytes bytes[2], const char *name
     if (!status && difference.part_count)
         status = vol_exr_write(&difference, VOL_EXR_ZIP, run->threads, &exr, NULL, err);
     if (!status && difference.part_count)
-        status = run_write(run, exr.data, exr.size, true, err);
+        status = run_write(run, &exr, true, err);
     if (!status && wanted && !difference.part_count)
         vol_warn(&run->log, "no difference image '%s': no channel could be compared", run->common->output);
     vol_bytes_free(&exr);
@@ -104,7 +104,7 @@ static VolStatus print_report(const Run *run, VolReport *report, VolError *err)
     const char *verdict = different ? "different\n" : "same\n";
     VolStatus status = vol_bytes_append(&report->text, &report->capacity, verdict, strlen(verdict), err);
     if (!status)
-        status = vol_write_whole("-", report->text.data, report->text.size, (VolOutOptions){.binary = false}, err);
+        status = run_write_to(run, "-", &report->text, false, err);
     return status;
 }
 
@@ -133,7 +133,8 @@ static VolStatus diff_main(const Run *run, VolError *err)
 
 static const Program program = {
     .name = "vol-diff", .summary = "compares two EXR images or two VDB files", .operands = "A B", .table = table,
-    .rows = sizeof table / sizeof *table, .options = &options, .max_operands = 2, .main = diff_main,
+    .rows = sizeof table / sizeof *table, .options = &options, .max_operands = 2, .reports = true,
+    .main = diff_main,
 };
 
 int main(int argc, char **argv) { return program_main(&program, argc, argv); }

@@ -75,12 +75,7 @@ static VolStatus parse_transform(const int32_t dims[3], VolAffine *out, VolError
 
 static VolStatus list_fields(const Run *run, VolError *err)
 {
-    char *text = vol_field_list();
-    if (!text)
-        return vol_fail_memory(err, 4096);
-    VolStatus status = run_write(run, text, strlen(text), false, err);
-    free(text);
-    return status;
+    return run_write_text(run, vol_field_list(), err);
 }
 
 static VolStatus parse_field(const Run *run, const char *name, VolFieldCase *field, VolFieldBox *box,
@@ -138,7 +133,7 @@ static VolStatus write_field(const Run *run, const VolFieldCase *field, VolField
     if (!status && box->sparse && !counts.leaves)
         vol_warn(&run->log, "field '%s': nothing exceeds the threshold, the grid is empty", field->field->name);
     if (!status)
-        status = run_write(run, bytes.data, bytes.size, true, err);
+        status = run_write(run, &bytes, true, err);
     vol_bytes_free(&bytes);
     return status;
 }

@@ -208,7 +208,7 @@ static VolStatus write_vdb(const Run *run, const VolImported *imported, const Ac
         status = vol_vdb_finish(writer, &bytes, err);
     vol_stats_stage(run->stats, "encode");
     if (!status)
-        status = run_write(run, bytes.data, bytes.size, true, err);
+        status = run_write(run, &bytes, true, err);
     vol_meta_free(&meta);
     vol_bytes_free(&bytes);
     vol_vdb_writer_free(writer);

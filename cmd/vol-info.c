@@ -76,7 +76,7 @@ static VolStatus write_history(const Run *run, const char *history, VolError *er
 {
     if (!history) {
         vol_note(&run->log, "no history in '%s'", vol_input_name(run_input(run)));
-        return run_write(run, "", 0, false, err);
+        return run_write_text(run, vol_copy_text(""), err);
     }
     char *lines = vol_format_text("%s\n", history);
     if (!lines)
@@ -84,9 +84,7 @@ static VolStatus write_history(const Run *run, const char *history, VolError *er
     for (char *c = lines; *c; c++) /* the file's text goes to a terminal perhaps */
         if (((unsigned char)*c < 32 && *c != '\n' && *c != '\t') || *c == 127)
             *c = '?';
-    VolStatus status = run_write(run, lines, strlen(lines), false, err);
-    free(lines);
-    return status;
+    return run_write_text(run, lines, err);
 }
 
 static VolStatus info_main(const Run *run, VolError *err)
@@ -99,13 +97,13 @@ static VolStatus info_main(const Run *run, VolError *err)
     VolBytes text = {0}, plot = {0};
     VolStatus status = inspect(run, &inspection, &plot, err);
     if (!status && options.plot)
-        status = vol_write_whole(options.plot, plot.data, plot.size, (VolOutOptions){.binary = true}, err);
+        status = run_write_to(run, options.plot, &plot, true, err);
     if (!status && options.history)
         status = write_history(run, inspection.history, err);
     else if (!status) {
         status = (options.json ? vol_inspection_json : vol_inspection_text)(&inspection, &text, err);
         if (!status)
-            status = run_write(run, text.data, text.size, false, err);
+            status = run_write(run, &text, false, err);
     }
     vol_bytes_free(&text);
     vol_bytes_free(&plot);
@@ -115,7 +113,8 @@ static VolStatus info_main(const Run *run, VolError *err)
 
 static const Program program = {
     .name = "vol-info", .summary = "tells what is in a VDB or EXR stream", .operands = "[IN]", .table = table,
-    .rows = sizeof table / sizeof *table, .options = &options, .max_operands = 1, .main = info_main,
+    .rows = sizeof table / sizeof *table, .options = &options, .max_operands = 1,
+    .also = &options.plot, .main = info_main,
 };
 
 int main(int argc, char **argv) { return program_main(&program, argc, argv); }

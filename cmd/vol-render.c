@@ -397,8 +397,7 @@ static VolStatus probe(Job *job, VolError *err)
     VolStatus status = vol_probe_json(&job->frame, options.probe.words, options.probe.count,
                                       job->run->common->verbose > 0, &text, err);
     if (!status)
-        status = vol_write_whole("-", text.data, text.size, (VolOutOptions){0}, err);
-    vol_bytes_free(&text);
+        status = run_write_to(job->run, "-", &text, false, err);
     return status;
 }
 
@@ -457,7 +456,7 @@ static VolStatus write_image(Job *job, VolImage *image, VolError *err)
     vol_stats_count(job->run->stats, "half_clamped", clamped);
     vol_stats_stage(job->run->stats, "encode");
     if (!status)
-        status = run_write(job->run, bytes.data, bytes.size, true, err);
+        status = run_write(job->run, &bytes, true, err);
     vol_bytes_free(&bytes);
     vol_stats_stage(job->run->stats, "write");
     return status;

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "cmd/shell/outputs.h"
 #include "cmd/shell/shell.h"
 
 /* ---- what programs call ---- */
@@ -53,12 +54,24 @@ VolStatus run_check_output(const Run *run, bool binary, VolError *err)
     return vol_check_output(path, out_options(run, binary), err);
 }
 
-VolStatus run_write(const Run *run, const void *data, size_t size, bool binary, VolError *err)
+VolStatus run_write_to(const Run *run, const char *path, VolBytes *bytes, bool binary, VolError *err)
+{
+    return outputs_add(run->outputs, path, bytes, out_options(run, binary), err);
+}
+
+VolStatus run_write(const Run *run, VolBytes *bytes, bool binary, VolError *err)
 {
     VolStatus status = run_check_output(run, binary, err);
-    if (status != VOL_OK)
-        return status;
-    return vol_write_whole(run->common->output, data, size, out_options(run, binary), err);
+    if (status == VOL_OK)
+        return run_write_to(run, run->common->output, bytes, binary, err);
+    vol_bytes_free(bytes);
+    return status;
+}
+
+VolStatus run_write_text(const Run *run, char *text, VolError *err)
+{
+    VolBytes bytes = {.data = (unsigned char *)text, .size = text ? strlen(text) : 0};
+    return text ? run_write(run, &bytes, false, err) : vol_fail_memory(err, 0);
 }
 
 void run_progress(const Run *run, double fraction)
@@ -155,6 +168,32 @@ static VolStatus check_operands(const Run *run, VolError *err)
     return VOL_OK;
 }
 
+static const char *output_name(const char *path) { return strcmp(path, "-") ? path : "stdout"; }
+
+/* Every output has a place of its own, and one that can be written to. */
+static VolStatus check_outputs(const Run *run, VolError *err)
+{
+    const Program *program = run->program;
+    const char *also = program->also ? *program->also : NULL, *report = NULL;
+    const char *output = run->common->output;
+    if (program->reports) {
+        report = run->common->quiet ? NULL : "-";
+        output = strcmp(output, "-") ? output : NULL;
+    }
+    const char *paths[] = {output, run->common->stats, also, report};
+    enum { COUNT = sizeof paths / sizeof *paths };
+    for (size_t i = 0; i < COUNT; i++) {
+        VolStatus status = paths[i] ? vol_check_output(paths[i], (VolOutOptions){0}, err) : VOL_OK;
+        if (status)
+            return status;
+        for (size_t k = 0; k < i && paths[i]; k++)
+            if (paths[k] && vol_same_output(paths[k], paths[i]))
+                return vol_fail(err, VOL_USAGE, "cannot write '%s': '%s' is the same place, and each output needs its own",
+                                output_name(paths[i]), output_name(paths[k]));
+    }
+    return VOL_OK;
+}
+
 static VolStatus set_up(Run *run, VolError *err)
 {
     const VolCommonOptions *common = run->common;
@@ -164,9 +203,7 @@ static VolStatus set_up(Run *run, VolError *err)
     if (status == VOL_OK)
         status = check_operands(run, err);
     if (status == VOL_OK)
-        status = vol_check_output(common->output, (VolOutOptions){0}, err);
-    if (status == VOL_OK && common->stats)
-        status = vol_check_output(common->stats, (VolOutOptions){0}, err);
+        status = check_outputs(run, err);
     if (status != VOL_OK)
         return status;
     run->history_line = vol_history_line(run->program->name, run->line, run->program->record_operands);
@@ -190,19 +227,86 @@ static bool nothing_to_do(const Run *run)
 
 /* ---- after main ---- */
 
-static VolStatus write_stats(const Run *run, VolStatus outcome, VolError *err)
-{
+typedef struct StatsFile {
+    VolOutput output;
     VolBytes json;
+} StatsFile;
+
+static void drop_stats(StatsFile *file)
+{
+    vol_output_free(&file->output);
+    vol_bytes_free(&file->json);
+}
+
+/* What is known by now, ready to be put in place. */
+static VolStatus prepare_stats(const Run *run, VolStatus outcome, StatsFile *file, VolError *err)
+{
+    *file = (StatsFile){.output.temporary = -1};
     vol_stats_text(run->stats, "program", run->program->name);
     vol_stats_text(run->stats, "version", VOL_VERSION);
     vol_stats_text(run->stats, "cpu", vol_cpu_name(run->cpu));
-    vol_stats_count(run->stats, "threads", (uint64_t)run->threads);
-    vol_stats_count(run->stats, "status", (uint64_t)outcome);
-    VolStatus status = vol_stats_write(run->stats, &json, err);
+    vol_stats_number(run->stats, "threads", (uint64_t)run->threads);
+    vol_stats_number(run->stats, "status", (uint64_t)outcome);
+    VolStatus status = vol_stats_write(run->stats, &file->json, err);
     if (status == VOL_OK)
-        status = vol_write_whole(run->common->stats, json.data, json.size, (VolOutOptions){0}, err);
-    vol_bytes_free(&json);
+        status = vol_output_prepare(&file->output, run->common->stats, file->json.data, file->json.size,
+                                    (VolOutOptions){0}, err);
+    if (status != VOL_OK)
+        vol_bytes_free(&file->json);
     return status;
+}
+
+/* Stats that cannot be written leave no output: they are ready before any output is in place.  Then they are told anew, so
+ * that they know of the writing to pipes; one that is itself a pipe or a device is done with by then. */
+static VolStatus commit_with_stats(const Run *run, VolStatus outcome, bool *told, VolError *err)
+{
+    StatsFile file;
+    VolStatus status = prepare_stats(run, outcome, &file, err);
+    *told = true;
+    if (status)
+        return status;
+    bool early = *told = file.output.target.direct;
+    if (early)
+        status = vol_output_commit(&file.output, err);
+    if (!status && outputs_some_are_direct(run->outputs)) {
+        status = outputs_commit_direct(run->outputs, err);
+        vol_stats_stage(run->stats, "write");
+        drop_stats(&file);
+        if (!status && !early)
+            status = prepare_stats(run, outcome, &file, err);
+    }
+    if (!status)
+        status = outputs_commit_files(run->outputs, err);
+    if (!status && !early)
+        status = vol_output_commit(&file.output, err);
+    drop_stats(&file);
+    return status;
+}
+
+/* A run that failed has stats, too. */
+static void write_failed_stats(const Run *run, VolStatus outcome)
+{
+    StatsFile file;
+    if (prepare_stats(run, outcome, &file, NULL) != VOL_OK)
+        return; /* there is a worse failure to report */
+    vol_output_commit(&file.output, NULL);
+    drop_stats(&file);
+}
+
+/* Puts in place what a run has made. */
+static VolStatus finish(const Run *run, VolStatus outcome, VolError *err)
+{
+    VolStatus status = outcome;
+    bool told = false;
+    if (outcome == VOL_OK || outcome == VOL_NO) {
+        status = run->stats ? commit_with_stats(run, outcome, &told, err) : outputs_commit_direct(run->outputs, err);
+        if (!status && !run->stats)
+            status = outputs_commit_files(run->outputs, err);
+    }
+    outputs_drop(run->outputs);
+    if (status && run->stats && !told)
+        write_failed_stats(run, status);
+    return status ? status : outcome;
 }
 
 static VolStatus close_stdout(VolError *err)
@@ -238,28 +342,27 @@ static VolStatus run_program(Run *run, VolError *err)
         return print_text(version_text(program), err);
     if (common->print_options)
         return print_text(vol_print_options_text(run->line, run->table, run->rows), err);
-    VolStatus status = work(run, err);
-    if (!run->stats)
-        return status;
-    VolError stats_err;
-    VolStatus stats_status = write_stats(run, status, &stats_err);
-    if (stats_status != VOL_OK && status == VOL_OK) {
-        *err = stats_err;
-        status = stats_status;
-    }
-    return status;
+    return finish(run, work(run, err), err);
 }
 
-int program_main(const Program *program, int argc, char **argv)
+typedef struct Arguments {
+    const Program *program;
+    int argc;
+    char **argv;
+} Arguments;
+
+static int main_on_stack(void *user)
 {
+    const Arguments *arguments = user;
+    const Program *program = arguments->program;
     VolError err = {""};
     VolCommandLine line;
-    occupy_standard_descriptors();
-    shell_catch_signals();
-    VolStatus status = vol_parse_command_line(program->table, program->rows, program->options, argc, argv, &line, &err);
+    VolStatus status = vol_parse_command_line(program->table, program->rows, program->options, arguments->argc,
+                                              arguments->argv, &line, &err);
     if (status == VOL_OK) {
+        Outputs outputs = {0};
         Run run = {.program = program, .line = &line, .common = &line.common, .table = program->table,
-                   .rows = program->rows, .threads = 1};
+                   .rows = program->rows, .threads = 1, .outputs = &outputs};
         run.log = (VolLog){.say = say, .user = &run};
         status = run_program(&run, &err);
         vol_stats_free(run.stats);
@@ -275,4 +378,16 @@ int program_main(const Program *program, int argc, char **argv)
     report(program, status, &err);
     vol_command_line_free(&line);
     return (int)status;
+}
+
+int program_main(const Program *program, int argc, char **argv)
+{
+    VolError err = {""};
+    Arguments arguments = {program, argc, argv};
+    int result = 0;
+    occupy_standard_descriptors();
+    shell_catch_signals();
+    VolStatus status = shell_with_stack(main_on_stack, &arguments, &result, &err);
+    report(program, status, &err);
+    return status ? (int)status : result;
 }

@@ -23,6 +23,7 @@ typedef struct Run {
     VolCpu cpu;
     int threads;      /* resolved */
     char *history_line; /* never NULL; whether to write it, common->no_history says */
+    struct Outputs *outputs;
 } Run;
 
 typedef struct Program {
@@ -33,6 +34,8 @@ typedef struct Program {
     int max_operands; /* -1: any number */
     bool record_operands; /* in the history: where operands are not names of inputs (a field's name) */
     const char *libraries; /* extra lines for --version, or NULL */
+    const char *const *also; /* the field with the name of a second output, NULL in it if not wanted; or NULL */
+    bool reports;          /* to stdout, whatever -o says */
     VolStatus (*main)(const Run *run, VolError *err);
 } Program;
 
@@ -56,8 +59,14 @@ VolStatus run_refuse_volume(const VolBytes *bytes, const char *name, VolError *e
 /* What run_write would refuse, found before the work is done. */
 VolStatus run_check_output(const Run *run, bool binary, VolError *err);
 
-/* Writes the output to -o.  `binary`: refused on a terminal without -f.  -n is handled by program_main before main. */
-VolStatus run_write(const Run *run, const void *data, size_t size, bool binary, VolError *err);
+/* The output for -o; run_write_to: one beside it, to its own place.  The bytes are taken over.  All outputs and --stats are
+ * put in place once the program's main has returned VOL_OK or VOL_NO, or none is.  `binary`: refused on a terminal without
+ * -f.  -n is handled by program_main before main. */
+VolStatus run_write(const Run *run, VolBytes *bytes, bool binary, VolError *err);
+VolStatus run_write_to(const Run *run, const char *path, VolBytes *bytes, bool binary, VolError *err);
+
+/* A text's bytes; the text is taken over, NULL: VOL_NOMEM. */
+VolStatus run_write_text(const Run *run, char *text, VolError *err);
 
 /* Warns of an output whose name ends like one of another format than the one that is written ("EXR"): out.png. */
 void run_warn_of_name(const Run *run, const char *path, const char *format);

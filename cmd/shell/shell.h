@@ -13,6 +13,9 @@ void shell_say(const char *program, const char *severity, const char *text);
 /* INT, TERM, HUP and PIPE: temporaries are unlinked, then the signal does what it does by default. */
 void shell_catch_signals(void);
 
+/* Does work(user) on a stack that is large enough, whatever `ulimit -s` says; VOL_NOMEM where there is none. */
+VolStatus shell_with_stack(int (*work)(void *user), void *user, int *result, VolError *err);
+
 typedef enum ShellProgress { SHELL_PROGRESS_OFF, SHELL_PROGRESS_LINES, SHELL_PROGRESS_TERMINAL } ShellProgress;
 
 /* `mode` as in --progress: 0 auto, 1 always, 2 never. */

@@ -89,6 +89,12 @@ void vol_stats_count(VolStats *stats, const char *key, uint64_t value)
     set(stats, key, json_integer((json_int_t)sum));
 }
 
+void vol_stats_number(VolStats *stats, const char *key, uint64_t value)
+{
+    if (stats)
+        set(stats, key, json_integer(value > INT64_MAX ? INT64_MAX : (json_int_t)value));
+}
+
 void vol_stats_real(VolStats *stats, const char *key, double value)
 {
     if (!stats)

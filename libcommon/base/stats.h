@@ -13,6 +13,7 @@ typedef struct VolStats VolStats;
 VolStats *vol_stats_new(void); /* NULL: out of memory */
 void vol_stats_free(VolStats *stats);
 void vol_stats_count(VolStats *stats, const char *key, uint64_t value);  /* adds */
+void vol_stats_number(VolStats *stats, const char *key, uint64_t value); /* sets */
 void vol_stats_real(VolStats *stats, const char *key, double value);     /* sets */
 void vol_stats_text(VolStats *stats, const char *key, const char *text); /* sets */
 

@@ -1,35 +1,19 @@
 #include "cli/history.h"
 
-#include <ctype.h>
 #include <string.h>
 
+#include "base/descriptor.h"
 #include "base/hash.h"
 #include "cli/words.h"
 
-/* Length of a name of an open descriptor at the start of `text`, else 0. */
-static size_t descriptor_name(const char *text)
-{
-    static const char *const folders[] = {"/dev/fd/", "/proc/self/fd/"};
-    if (!strncmp(text, "/dev/stdin", 10))
-        return 10;
-    for (size_t i = 0; i < 2; i++) {
-        size_t length = strlen(folders[i]);
-        if (strncmp(text, folders[i], length) || !isdigit((unsigned char)text[length]))
-            continue;
-        while (isdigit((unsigned char)text[length]))
-            length++;
-        return length;
-    }
-    return 0;
-}
-
-/* The value with descriptors' names written as "-": their numbers are the shell's affair. */
+/* The value with descriptors' names written as "-": their numbers are the shell's affair.  They stand alone or behind
+ * what a specification has before a file's name (env:/dev/fd/63). */
 static void add_value(VolText *out, const char *value)
 {
     VolText plain = {0};
-    while (*value) {
-        size_t length = descriptor_name(value);
-        char one[2] = {length ? '-' : *value, 0};
+    for (char before = ':'; *value;) {
+        size_t length = strchr(":=,@", before) ? vol_descriptor_name(value, NULL) : 0;
+        char one[2] = {before = length ? '-' : *value, 0};
         vol_text_add(&plain, one);
         value += length ? length : 1;
     }

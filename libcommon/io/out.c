@@ -1,5 +1,5 @@
 #define _GNU_SOURCE /* mkostemp */
-#include "io/out.h"
+#include "io/out_target.h"
 
 #include <errno.h>
 #include <fcntl.h>
@@ -39,77 +39,6 @@ static int reserve_slot(void)
     return -1;
 }
 
-/* ---- where the output goes ---- */
-
-typedef struct Target {
-    bool direct; /* written to as it stands */
-    int fd;      /* of a direct one; -1: to be opened */
-    char *path;  /* of a file: symbolic links followed, so that the link stays; allocated */
-} Target;
-
-VolStatus vol_refuse_output_terminal(const char *name, VolError *err)
-{
-    return vol_fail(err, VOL_USAGE, "refusing to write '%s': it is a terminal; use -o FILE, a pipe or --force", name);
-}
-
-static VolStatus refuse_terminal(int fd, const char *name, VolOutOptions options, VolError *err)
-{
-    if (options.binary && !options.allow_terminal && isatty(fd))
-        return vol_refuse_output_terminal(name, err);
-    return VOL_OK;
-}
-
-static VolStatus check_folder(const char *path, VolError *err)
-{
-    const char *slash = strrchr(path, '/');
-    size_t length = slash ? (size_t)(slash - path) : 0;
-    char *folder = !slash ? vol_copy_text(".") : vol_format_text("%.*s", length ? (int)length : 1, path);
-    if (!folder)
-        return vol_fail_memory(err, length);
-    struct stat info;
-    VolStatus status = VOL_OK;
-    if (stat(folder, &info) != 0)
-        status = vol_fail(err, VOL_IO, "cannot write '%s': its folder: %s", path, strerror(errno));
-    else if (!S_ISDIR(info.st_mode))
-        status = vol_fail(err, VOL_IO, "cannot write '%s': '%s' is not a folder", path, folder);
-    else if (access(folder, W_OK) != 0)
-        status = vol_fail(err, VOL_IO, "cannot write '%s': its folder: %s", path, strerror(errno));
-    free(folder);
-    return status;
-}
-
-static VolStatus look_at(const char *path, VolOutOptions options, Target *target, VolError *err)
-{
-    *target = (Target){.fd = -1};
-    if (!strcmp(path, "-") || !strcmp(path, "/dev/stdout")) {
-        target->direct = true;
-        target->fd = STDOUT_FILENO;
-        return refuse_terminal(STDOUT_FILENO, "stdout", options, err);
-    }
-    if (!*path)
-        return vol_fail(err, VOL_USAGE, "cannot write '': an output needs a name");
-    struct stat info;
-    bool there = stat(path, &info) == 0;
-    if (there && S_ISDIR(info.st_mode))
-        return vol_fail(err, VOL_IO, "cannot write '%s': %s", path, strerror(EISDIR));
-    if (there && !S_ISREG(info.st_mode)) {
-        target->direct = true;
-        return VOL_OK;
-    }
-    target->path = there ? realpath(path, NULL) : vol_copy_text(path);
-    if (!target->path)
-        return there ? vol_fail_errno(err, errno, "cannot write", path) : vol_fail_memory(err, strlen(path));
-    return check_folder(target->path, err);
-}
-
-VolStatus vol_check_output(const char *path, VolOutOptions options, VolError *err)
-{
-    Target target;
-    VolStatus status = look_at(path, options, &target, err);
-    free(target.path);
-    return status;
-}
-
 /* ---- writing ---- */
 
 static VolStatus write_all(int fd, const char *name, const unsigned char *data, size_t size, VolError *err)
@@ -127,19 +56,19 @@ static VolStatus write_all(int fd, const char *name, const unsigned char *data, 
     return VOL_OK;
 }
 
-static VolStatus write_direct(const char *path, int fd, const void *data, size_t size, VolOutOptions options,
-                              VolError *err)
+static VolStatus write_direct(const VolOutput *output, VolError *err)
 {
-    if (fd >= 0)
-        return write_all(fd, "stdout", data, size, err);
-    fd = open(path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    const char *name = output->name;
+    if (output->target.fd >= 0)
+        return write_all(output->target.fd, name, output->data, output->size, err);
+    int fd = open(output->target.path, O_WRONLY | O_CLOEXEC | O_NOCTTY);
     if (fd < 0)
-        return vol_fail_errno(err, errno, "cannot write", path);
-    VolStatus status = refuse_terminal(fd, path, options, err);
+        return vol_fail_errno(err, errno, "cannot write", name);
+    VolStatus status = vol_target_refuse_terminal(fd, name, output->options, err);
     if (status == VOL_OK)
-        status = write_all(fd, path, data, size, err);
+        status = write_all(fd, name, output->data, output->size, err);
     if (close(fd) != 0 && status == VOL_OK)
-        status = vol_fail_errno(err, errno, "cannot write", path);
+        status = vol_fail_errno(err, errno, "cannot write", name);
     return status;
 }
 
@@ -185,13 +114,24 @@ static int make_temporary(int slot)
     return fd;
 }
 
-static VolStatus fill_temporary(int fd, const char *path, const void *data, size_t size, VolError *err)
+/* As the file that it replaces, where there is one; its owner and group as far as we may. */
+static bool set_mode(int fd, const char *path)
 {
-    VolStatus status = write_all(fd, path, data, size, err);
-    if (status == VOL_OK && fchmod(fd, default_mode()) != 0)
-        status = vol_fail_errno(err, errno, "cannot write", path);
+    struct stat info;
+    if (stat(path, &info) != 0)
+        return fchmod(fd, default_mode()) == 0;
+    if (fchown(fd, (uid_t)-1, info.st_gid) == 0 && fchown(fd, info.st_uid, (gid_t)-1) != 0)
+        errno = 0; /* only root may give files away */
+    return fchmod(fd, info.st_mode & 0777) == 0;
+}
+
+static VolStatus fill_temporary(int fd, const VolOutput *output, const void *data, size_t size, VolError *err)
+{
+    VolStatus status = write_all(fd, output->name, data, size, err);
+    if (status == VOL_OK && !set_mode(fd, output->target.path))
+        status = vol_fail_errno(err, errno, "cannot write", output->name);
     if (close(fd) != 0 && status == VOL_OK) /* network file systems report a full disk here */
-        status = vol_fail_errno(err, errno, "cannot write", path);
+        status = vol_fail_errno(err, errno, "cannot write", output->name);
     return status;
 }
 
@@ -210,38 +150,74 @@ static bool put_in_place(const char *temporary, const char *path)
     return false;
 }
 
-static VolStatus write_file(const Target *target, const char *path, const void *data, size_t size, VolError *err)
+static void give_up_temporary(VolOutput *output, bool exists)
 {
-    int slot = reserve_slot();
-    if (slot < 0)
-        return vol_fail(err, VOL_IO, "cannot write '%s': too many files at once", path);
-    char *temporary = temporaries[slot].path;
-    VolStatus status = VOL_OK;
-    if (!name_temporary(temporary, sizeof temporaries->path, target->path)) {
-        atomic_store(&temporaries[slot].state, FREE);
-        return vol_fail(err, VOL_IO, "cannot write '%s': %s", path, strerror(ENAMETOOLONG));
+    if (exists)
+        unlink(temporaries[output->temporary].path);
+    atomic_store(&temporaries[output->temporary].state, FREE);
+    output->temporary = -1;
+}
+
+static VolStatus prepare_file(VolOutput *output, const void *data, size_t size, VolError *err)
+{
+    output->temporary = reserve_slot();
+    if (output->temporary < 0)
+        return vol_fail(err, VOL_IO, "cannot write '%s': too many files at once", output->name);
+    int errnum = ENAMETOOLONG, fd = -1;
+    if (name_temporary(temporaries[output->temporary].path, sizeof temporaries->path, output->target.path)) {
+        fd = make_temporary(output->temporary);
+        errnum = errno;
     }
-    int fd = make_temporary(slot);
     if (fd < 0) {
-        status = vol_fail_errno(err, errno, "cannot write", path);
-    } else {
-        status = fill_temporary(fd, path, data, size, err);
-        if (status == VOL_OK && !put_in_place(temporary, target->path))
-            status = vol_fail_errno(err, errno, "cannot write", path);
-        if (status != VOL_OK)
-            unlink(temporary);
+        give_up_temporary(output, false);
+        return vol_fail_errno(err, errnum, "cannot write", output->name);
     }
-    atomic_store(&temporaries[slot].state, FREE);
+    return fill_temporary(fd, output, data, size, err);
+}
+
+VolStatus vol_output_prepare(VolOutput *output, const char *path, const void *data, size_t size, VolOutOptions options,
+                             VolError *err)
+{
+    *output = (VolOutput){.options = options, .data = data, .size = size, .temporary = -1};
+    VolStatus status = vol_target_find(path, options, &output->target, err);
+    if (status)
+        return status;
+    output->name = vol_copy_text(output->target.fd == STDOUT_FILENO ? "stdout" : path);
+    if (!output->name)
+        status = vol_fail_memory(err, strlen(path));
+    else if (!output->target.direct)
+        status = prepare_file(output, data, size, err);
+    if (status)
+        vol_output_free(output);
     return status;
+}
+
+VolStatus vol_output_commit(VolOutput *output, VolError *err)
+{
+    if (output->target.direct)
+        return write_direct(output, err);
+    if (!put_in_place(temporaries[output->temporary].path, output->target.path))
+        return vol_fail_errno(err, errno, "cannot write", output->name);
+    give_up_temporary(output, false);
+    return VOL_OK;
+}
+
+void vol_output_free(VolOutput *output)
+{
+    if (output->temporary >= 0)
+        give_up_temporary(output, true);
+    vol_target_free(&output->target);
+    free(output->name);
+    *output = (VolOutput){.temporary = -1};
 }
 
 VolStatus vol_write_whole(const char *path, const void *data, size_t size, VolOutOptions options, VolError *err)
 {
-    Target target;
-    VolStatus status = look_at(path, options, &target, err);
-    if (status == VOL_OK)
-        status = target.direct ? write_direct(path, target.fd, data, size, options, err)
-                               : write_file(&target, path, data, size, err);
-    free(target.path);
+    VolOutput output;
+    VolStatus status = vol_output_prepare(&output, path, data, size, options, err);
+    if (status)
+        return status;
+    status = vol_output_commit(&output, err);
+    vol_output_free(&output);
     return status;
 }

@@ -300,6 +300,10 @@ static void test_history(void)
     check_history("field --samples 2 sphere", true, "prog field --samples 2 sphere");
     check_history("-t /dev/fd/63 --light env:/proc/self/fd/7:1,2,3 --light /dev/stdin", false,
                   "prog --tf - --light env:-:1,2,3 --light -");
+    check_history("-t //dev/./fd/63 -t /proc/4711/fd/63#skin -t /proc/self/task/9/fd/3 -t /proc/thread-self/fd/3", false,
+                  "prog --tf - --tf '-#skin' --tf - --tf -");
+    check_history("-t /tmp/dev/fd/63 -t /dev/fd/63/x.json -t /dev/stdin2 -t /proc/self/maps", false,
+                  "prog --tf /tmp/dev/fd/63 --tf /dev/fd/63/x.json --tf /dev/stdin2 --tf /proc/self/maps");
     check_history("--set owner=me --set k=secret=x", false, "prog --set owner --set k");
     char *both = vol_history_append("a\n\tb", "c"), *one = vol_history_append(NULL, "c");
     char *two = vol_history_append("", "c");
