@@ -18,7 +18,7 @@ ifneq ($(SAN),)
 # them, at -O1 a few.
 OPT      ?= -O1 -g1
 OUT      := $(BUILD)/san-$(subst $(comma),-,$(SAN))
-# VOL_FAULT=malloc:N makes the N-th allocation fail: tests/fault
+# VOL_FAULT=malloc:N makes the N-th allocation fail, C libraries' too: tests/fault
 SANFLAGS := -fsanitize=$(SAN) -fno-sanitize-recover=all -fno-omit-frame-pointer -DVOL_FAULTS
 else
 OPT      ?= -O2 -g
@@ -57,6 +57,7 @@ PROGRAMS  := $(sort $(patsubst cmd/%.c,%,$(wildcard cmd/*.c)))
 ADAPTERS  := $(sort $(patsubst libcommon/adapters/%.cc,%,$(wildcard libcommon/adapters/*.cc)))
 UNITS     := $(sort $(basename $(notdir $(wildcard tests/unit/test_*.c tests/unit/test_*.cc))))
 TOOLS     := $(sort $(patsubst tests/tools/%.c,%,$(wildcard tests/tools/*.c)))
+SHIMS     := $(sort $(patsubst tests/shims/%.c,%,$(wildcard tests/shims/*.c)))
 BENCHES   := $(sort $(patsubst tests/bench/%.c,%,$(wildcard tests/bench/*.c)))
 
 LIB       := $(OUT)/libpellucid.a
@@ -66,6 +67,7 @@ BINS      := $(PROGRAMS:%=$(OUT)/bin/%)
 SOS       := $(ADAPTERS:%=$(OUT)/lib/pellucid/pellucid-%.so)
 UNIT_BINS := $(UNITS:%=$(OUT)/tests/%)
 TOOL_BINS := $(TOOLS:%=$(OUT)/tests/tools/%)
+SHIM_SOS  := $(SHIMS:%=$(OUT)/tests/shims/%.so)
 BENCH_BINS := $(BENCHES:%=$(OUT)/tests/bench/%)
 
 # What the demo needs: no reader of foreign formats.
@@ -124,6 +126,11 @@ $(OUT)/tests/tools/%: $(OUT)/obj/tests/tools/%.o $(LIB)
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(SANFLAGS) $(LDFLAGS) -o $@ $< $(LIB) $(LIBS)
 
+# For LD_PRELOAD; tests of sanitizer builds do without.
+$(OUT)/tests/shims/%.so: tests/shims/%.c Makefile
+	@mkdir -p $(@D)
+	$(Q)$(CC) $(CFLAGS_ALL) -fno-sanitize=all -fvisibility=default -MF $(@:.so=.d) -shared -o $@ $< -ldl
+
 # What it counts are the limits of the machine, not of the optimiser.
 $(OUT)/obj/tests/bench/roofline.o: CFLAGS += -O3
 
@@ -152,7 +159,7 @@ demo: deps-core ## set up, build, and render pictures from the data in examples/
 	$(Q)$(MAKE) --no-print-directory core
 	$(Q)$(MAKE) --no-print-directory -C examples demo BIN=$(abspath $(OUT))/bin
 
-unit-tests: $(UNIT_BINS) $(TOOL_BINS)
+unit-tests: $(UNIT_BINS) $(TOOL_BINS) $(SHIM_SOS)
 
 test: deps ## set up, build and run the tests (under 15 minutes on 2 cores)
 	$(Q)$(MAKE) --no-print-directory all unit-tests

@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/refusals.h"
 #include "cmd/shell/outputs.h"
 #include "cmd/shell/shell.h"
 
@@ -318,6 +319,16 @@ static VolStatus close_stdout(VolError *err)
 
 /* ---- main ---- */
 
+/* Who was refused memory may have gone on with less, or have taken it for something else. */
+static VolStatus judge(VolStatus status, VolError *err)
+{
+    if (!vol_refusals() || status == VOL_IO || status == VOL_NOMEM)
+        return status;
+    if (status == VOL_OK || status == VOL_NO)
+        return vol_fail_memory(err, 0);
+    return vol_fail_within(err, VOL_NOMEM, "out of memory");
+}
+
 static VolStatus work(Run *run, VolError *err)
 {
     VolStatus status = set_up(run, err);
@@ -342,7 +353,7 @@ static VolStatus run_program(Run *run, VolError *err)
         return print_text(version_text(program), err);
     if (common->print_options)
         return print_text(vol_print_options_text(run->line, run->table, run->rows), err);
-    return finish(run, work(run, err), err);
+    return finish(run, judge(work(run, err), err), err);
 }
 
 typedef struct Arguments {
@@ -368,6 +379,8 @@ static int main_on_stack(void *user)
         vol_stats_free(run.stats);
         free(run.history_line);
     }
+    if (status != VOL_OK && status != VOL_NO)
+        status = judge(status, &err);
     VolError close_err;
     VolStatus closed = close_stdout(&close_err);
     if (status == VOL_OK && closed != VOL_OK) {
@@ -386,8 +399,12 @@ int program_main(const Program *program, int argc, char **argv)
     Arguments arguments = {program, argc, argv};
     int result = 0;
     occupy_standard_descriptors();
-    shell_catch_signals();
+    shell_catch_signals(program->name);
     VolStatus status = shell_with_stack(main_on_stack, &arguments, &result, &err);
     report(program, status, &err);
-    return status ? (int)status : result;
+    result = status ? (int)status : result;
+#ifndef VOL_FAULTS /* in sanitizer builds leaks are looked for at exit */
+    _exit(result); /* what destructors of C++ libraries do is nothing to us, and may fail when all is done */
+#endif
+    return result;
 }

@@ -10,8 +10,9 @@
  * progress line first. */
 void shell_say(const char *program, const char *severity, const char *text);
 
-/* INT, TERM, HUP and PIPE: temporaries are unlinked, then the signal does what it does by default. */
-void shell_catch_signals(void);
+/* INT, TERM, HUP and PIPE: temporaries are unlinked, then the signal does what it does by default.  An abort() within the
+ * loading of an adapter becomes exit code 5. */
+void shell_catch_signals(const char *name);
 
 /* Does work(user) on a stack that is large enough, whatever `ulimit -s` says; VOL_NOMEM where there is none. */
 VolStatus shell_with_stack(int (*work)(void *user), void *user, int *result, VolError *err);

@@ -1,8 +1,13 @@
 #include <signal.h>
 #include <stddef.h>
+#include <string.h>
+#include <unistd.h>
 
+#include "base/plugin.h"
 #include "cmd/shell/shell.h"
 #include "io/out.h"
+
+static const char *program;
 
 /* SA_RESETHAND has put the default action back and SA_NODEFER lets it through: the parent sees the signal itself, and a
  * second one kills at once. */
@@ -12,8 +17,28 @@ static void clean_up_and_die(int number)
     raise(number);
 }
 
-void shell_catch_signals(void)
+/* The initialisers of C++ libraries know no other way to say that they got no memory or no thread. */
+static void tell_of_abort(int number)
 {
+    const char *adapter = vol_plugin_being_loaded();
+    vol_unlink_temporaries();
+    if (adapter) {
+        const char *const words[] = {program, ": error: cannot load adapter '", adapter,
+                                     "': its libraries gave up, for want of memory or threads\n"};
+        for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+            if (write(STDERR_FILENO, words[i], strlen(words[i])) < 0)
+                break;
+        _exit(VOL_NOMEM);
+    }
+    raise(number); /* by default: SA_RESETHAND */
+}
+
+void shell_catch_signals(const char *name)
+{
+    struct sigaction on_abort = {.sa_handler = tell_of_abort, .sa_flags = (int)(SA_RESETHAND | SA_NODEFER)};
+    program = name;
+    sigemptyset(&on_abort.sa_mask);
+    sigaction(SIGABRT, &on_abort, NULL);
     static const int numbers[] = {SIGINT, SIGTERM, SIGHUP, SIGPIPE};
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
         struct sigaction before;

@@ -9,6 +9,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <system_error>
 #include <vector>
 
 extern "C" {
@@ -35,6 +36,8 @@ template <typename Function> int guarded(char *why, size_t size, Function functi
         return function();
     } catch (const std::bad_alloc &) {
         return out_of_memory;
+    } catch (const std::system_error &e) { // threads
+        return e.code() == std::errc::resource_unavailable_try_again ? out_of_memory : say(why, size, e.what());
     } catch (const std::exception &e) {
         return say(why, size, e.what());
     } catch (...) {

@@ -3,6 +3,7 @@
  * Root nodes are used without openvdb::Tree around them, which would start threads to count and to free; and without
  * io::File or io::Stream, which copy files to the temporary folder and read ahead.  Nothing of the main program is
  * linked; no exception leaves. */
+#include <openvdb/io/Compression.h>
 #include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tree/Tree.h>
@@ -12,7 +13,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <memory>
-#include <mutex>
+#include <system_error>
 #include <type_traits>
 
 #include "adapters/vdb_memory.h"
@@ -42,13 +43,14 @@ template <typename Body>
 VolStatus guarded(VolError *err, const Body &body)
 {
     try {
-        static std::once_flag once;
-        std::call_once(once, [] { openvdb::initialize(); });
         return body();
     } catch (const std::bad_alloc &) {
         return fail(err, VOL_NOMEM, "out of memory");
     } catch (const std::ios_base::failure &) {
         return fail(err, VOL_BAD_INPUT, "its bytes end too early");
+    } catch (const std::system_error &e) { // threads
+        const bool refused = e.code() == std::errc::resource_unavailable_try_again;
+        return fail(err, refused ? VOL_NOMEM : VOL_BAD_INPUT, e.what());
     } catch (const std::exception &e) {
         return fail(err, VOL_BAD_INPUT, e.what());
     } catch (...) {
@@ -176,6 +178,8 @@ void count_tree(const RootT &root, VolVdbGridInfo &info)
 VolStatus measure(const VolVdbTreeBytes *tree, size_t *size, VolError *err)
 {
     return guarded(err, [&] {
+        static const bool ready = (openvdb::initialize(), true); // only types by name need it
+        (void)ready;
         InBuffer buffer(tree->data, tree->size);
         std::istream in(&buffer);
         auto meta = std::make_shared<openvdb::io::StreamMetadata>();
@@ -280,7 +284,11 @@ public:
 
     void encode(uint32_t compression, VolVdbEncodedTree &out) const override
     {
-        OutBuffer buffer;
+        OutBuffer buffer([compression, this](const char *data, size_t size) {
+            const size_t value = half_ ? 2 * Value<T>::components : sizeof(T);
+            return compression & openvdb::io::COMPRESS_BLOSC ? openvdb::io::bloscToStreamSize(data, value, size / value)
+                                                             : openvdb::io::zipToStreamSize(data, size);
+        });
         std::ostream os(&buffer);
         os.exceptions(std::ios_base::failbit | std::ios_base::badbit);
         openvdb::io::setDataCompression(os, compression);
@@ -341,7 +349,11 @@ VolStatus tree_tile(VolVdbTree *tree, const int32_t origin[3], int32_t size, con
 VolStatus tree_encode(const VolVdbTree *tree, uint32_t compression, VolVdbEncodedTree *out, VolError *err)
 {
     return guarded(err, [&] {
-        reinterpret_cast<const Builder *>(tree)->encode(compression, *out);
+        try {
+            reinterpret_cast<const Builder *>(tree)->encode(compression, *out);
+        } catch (const std::ios_base::failure &) { // memory is all that it is written to
+            throw std::bad_alloc();
+        }
         return VOL_OK;
     });
 }

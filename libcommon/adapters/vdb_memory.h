@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <functional>
 #include <new>
 #include <streambuf>
+#include <utility>
 
 namespace {
 
@@ -37,10 +39,14 @@ protected:
     }
 };
 
-/* Grows by doubling; release() hands the block to the caller. */
+/* Grows by doubling; release() hands the block to the caller.
+ *
+ * OpenVDB stores a block bare, behind its negative length, where compression does not shrink it, but also where Blosc or
+ * zlib got no memory: then the file would depend on that.  So bare blocks are measured again. */
 class OutBuffer : public std::streambuf {
 public:
-    OutBuffer() = default;
+    using Measure = std::function<size_t(const char *data, size_t size)>; /* bytes when compressed */
+    explicit OutBuffer(Measure measure) : measure_(std::move(measure)) {}
     OutBuffer(const OutBuffer &) = delete;
     OutBuffer &operator=(const OutBuffer &) = delete;
     ~OutBuffer() override { std::free(data_); }
@@ -56,6 +62,10 @@ protected:
     std::streamsize xsputn(const char *from, std::streamsize count) override
     {
         const size_t n = static_cast<size_t>(count);
+        make_room();
+        if (bare_ && bare_ == n && measure_(from, n) < n)
+            throw std::bad_alloc();
+        bare_ = bare_length(from, n);
         if (n > capacity_ - size_)
             grow(size_ + n);
         std::memcpy(data_ + size_, from, n);
@@ -76,6 +86,23 @@ protected:
     }
 
 private:
+    /* The size of the bare block that follows if these bytes are a length. */
+    static size_t bare_length(const char *from, size_t n)
+    {
+        int64_t length = 0;
+        if (n == sizeof length)
+            std::memcpy(&length, from, sizeof length);
+        return length < 0 && length > INT32_MIN ? static_cast<size_t>(-length) : 0;
+    }
+
+    /* Before the next block: Blosc works on through a null pointer.  What it takes comes from what is given back here. */
+    static void make_room()
+    {
+        void *volatile room = std::malloc(library_room); /* volatile: the compiler would leave it out */
+        std::free(room);
+        if (!room)
+            throw std::bad_alloc();
+    }
     void grow(size_t wanted)
     {
         const size_t capacity = std::max(wanted, capacity_ > SIZE_MAX / 2 ? wanted : 2 * capacity_);
@@ -85,8 +112,10 @@ private:
         data_ = static_cast<unsigned char *>(grown);
         capacity_ = capacity;
     }
+    static constexpr size_t library_room = 120000; /* below what goes back to the system at once */
     unsigned char *data_ = nullptr;
-    size_t size_ = 0, capacity_ = 0;
+    size_t size_ = 0, capacity_ = 0, bare_ = 0;
+    Measure measure_;
 };
 
 } // namespace

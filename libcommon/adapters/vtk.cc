@@ -22,6 +22,7 @@
 #include <exception>
 #include <new>
 #include <string>
+#include <system_error>
 
 extern "C" {
 #include "adapters/vtk.h"
@@ -280,6 +281,8 @@ extern "C" int read_image(const void *bytes, size_t size, int xml, const char *a
         return read_image_guarded(bytes, size, xml, array, time_step, out, why, why_size);
     } catch (const std::bad_alloc &) {
         return out_of_memory;
+    } catch (const std::system_error &e) { // threads
+        return e.code() == std::errc::resource_unavailable_try_again ? out_of_memory : say(why, why_size, e.what());
     } catch (const std::exception &e) {
         return say(why, why_size, e.what());
     } catch (...) {

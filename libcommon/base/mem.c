@@ -12,8 +12,10 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "base/refusals.h"
+
 /* In builds with -DVOL_FAULTS the environment's VOL_FAULT=malloc:N makes the N-th allocation of the run fail, so that a
- * test can walk through all of them. */
+ * test can walk through all of them: ours, and those that jansson, expat, zlib and OpenEXRCore make through refusals.h. */
 #ifdef VOL_FAULTS
 static bool fault_is_due(void)
 {
@@ -32,16 +34,23 @@ static bool product(size_t count, size_t size, size_t *bytes)
     return !__builtin_mul_overflow(count, size, bytes) && !fault_is_due();
 }
 
+static void *counted(void *block)
+{
+    if (!block)
+        vol_count_refusal();
+    return block;
+}
+
 void *vol_alloc(size_t count, size_t size)
 {
     size_t bytes;
-    return product(count, size, &bytes) ? malloc(bytes ? bytes : 1) : NULL;
+    return counted(product(count, size, &bytes) ? malloc(bytes ? bytes : 1) : NULL);
 }
 
 void *vol_alloc_zero(size_t count, size_t size)
 {
     size_t bytes;
-    return product(count, size, &bytes) ? calloc(bytes ? bytes : 1, 1) : NULL;
+    return counted(product(count, size, &bytes) ? calloc(bytes ? bytes : 1, 1) : NULL);
 }
 
 void *vol_alloc_aligned(size_t alignment, size_t count, size_t size)
@@ -49,14 +58,14 @@ void *vol_alloc_aligned(size_t alignment, size_t count, size_t size)
     size_t bytes;
     void *block = NULL;
     if (!product(count, size, &bytes) || posix_memalign(&block, alignment, bytes ? bytes : 1) != 0)
-        return NULL;
+        return counted(NULL);
     return block;
 }
 
 void *vol_resize(void *old, size_t count, size_t size)
 {
     size_t bytes;
-    return product(count, size, &bytes) ? realloc(old, bytes ? bytes : 1) : NULL;
+    return counted(product(count, size, &bytes) ? realloc(old, bytes ? bytes : 1) : NULL);
 }
 
 enum { LARGE_PAGE = 1 << 21 };
@@ -82,18 +91,19 @@ bool vol_pages_grow(VolPages *pages, size_t count, size_t size)
 {
     size_t bytes, page = 4096;
     if (!product(count, size, &bytes) || bytes > SIZE_MAX - LARGE_PAGE)
-        return false;
+        return counted(NULL);
     if (bytes > LARGE_PAGE / 2)
         page = LARGE_PAGE;
     bytes = (bytes + page - 1) / page * page;
     if (bytes <= pages->bytes)
         return true;
-    unsigned char *place = reserve_aligned(bytes);
+    unsigned char *place = counted(reserve_aligned(bytes));
     if (!place)
         return false;
     void *data = pages->data ? mremap(pages->data, pages->bytes, bytes, MREMAP_MAYMOVE | MREMAP_FIXED, place)
                              : mmap(place, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
     if (data == MAP_FAILED) {
+        vol_count_refusal();
         munmap(place, bytes);
         return false;
     }

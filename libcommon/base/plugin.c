@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/mem.h"
+#include "base/pool.h"
 
 #define MAX_PLUGINS 8
 
@@ -61,16 +62,57 @@ static char *find(const char *name)
     return first;
 }
 
+static const char *volatile in_dlopen;
+
+const char *vol_plugin_being_loaded(void) { return in_dlopen; }
+
+/* Never unloaded: C++ libraries keep threads and destructors of their own. */
+static void *open_library(const char *path, const char *name)
+{
+    in_dlopen = name;
+    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    in_dlopen = NULL;
+    return library;
+}
+
+/* What glibc's loader says where it gets no memory. */
+static bool tells_of_memory(const char *why)
+{
+    static const char *const words[] = {"allocate", "out of memory", "cannot create shared object descriptor",
+                                        "failed to map segment", "cannot map"};
+    bool found = false;
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        found |= strstr(why, words[i]) != NULL;
+    return found;
+}
+
+/* Behind OpenVDB and OpenImageIO stands log4cplus, which starts threads while it is loaded and ends the program where it
+ * cannot. */
+static VolStatus check_threads(const char *name, VolError *err)
+{
+    enum { THREADS_OF_LOG4CPLUS = 4 };
+    if (strcmp(name, "vdb") && strcmp(name, "image"))
+        return VOL_OK;
+    VolStatus status = vol_threads_can_start(THREADS_OF_LOG4CPLUS, err);
+    return status ? vol_fail_within(err, status, "cannot load adapter '%s'", name) : VOL_OK;
+}
+
 static VolStatus load(const char *name, const void **table, VolError *err)
 {
+    VolStatus status = check_threads(name, err);
+    if (status)
+        return status;
     char *path = find(name);
     if (!path)
         return vol_fail_memory(err, 0);
-    /* Never unloaded: C++ libraries keep threads and destructors of their own. */
-    void *library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    void *library = open_library(path, name);
+    if (!library) /* what it says for want of memory is not always that */
+        library = open_library(path, name);
     free(path);
-    if (!library)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot load adapter '%s': %s", name, dlerror());
+    if (!library) {
+        const char *why = dlerror();
+        return vol_fail(err, tells_of_memory(why) ? VOL_NOMEM : VOL_BAD_INPUT, "cannot load adapter '%s': %s", name, why);
+    }
     char symbol[64];
     snprintf(symbol, sizeof symbol, "pellucid_%s_adapter", name);
     *table = dlsym(library, symbol);

@@ -76,6 +76,30 @@ static int start(Loop *loop, Worker *workers, int threads)
     return threads;
 }
 
+static void *wait_for_gate(void *gate)
+{
+    pthread_mutex_lock(gate);
+    pthread_mutex_unlock(gate);
+    return NULL;
+}
+
+VolStatus vol_threads_can_start(int count, VolError *err)
+{
+    enum { MOST = 16 };
+    pthread_t threads[MOST];
+    pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
+    int started = 0, errnum = 0;
+    pthread_mutex_lock(&gate); /* all at once */
+    while (started < count && started < MOST && !errnum)
+        if (!(errnum = pthread_create(&threads[started], NULL, wait_for_gate, &gate)))
+            started++;
+    pthread_mutex_unlock(&gate);
+    for (int t = 0; t < started; t++)
+        pthread_join(threads[t], NULL);
+    pthread_mutex_destroy(&gate);
+    return errnum ? vol_fail(err, VOL_NOMEM, "cannot start %d threads: %s", count, strerror(errnum)) : VOL_OK;
+}
+
 VolStatus vol_parallel(int threads, size_t count,
                        VolStatus (*item)(void *user, size_t index, int thread, VolError *err), void *user,
                        VolError *err)

@@ -14,4 +14,7 @@ VolStatus vol_parallel(int threads, size_t count,
                        VolStatus (*item)(void *user, size_t index, int thread, VolError *err), void *user,
                        VolError *err);
 
+/* VOL_NOMEM where so many, 16 at most, cannot be started beside those that there are. */
+VolStatus vol_threads_can_start(int count, VolError *err);
+
 #endif

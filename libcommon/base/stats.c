@@ -6,9 +6,12 @@
 #include <sys/resource.h>
 #include <time.h>
 
+#include "base/refusals.h"
+
 struct VolStats {
     json_t *root;
     double started, stage_started;
+    size_t refusals; /* when it began: its values may be missing if there are more now */
 };
 
 static double seconds_now(void)
@@ -20,6 +23,8 @@ static double seconds_now(void)
 
 VolStats *vol_stats_new(void)
 {
+    vol_watch_jansson();
+    size_t refusals = vol_refusals();
     VolStats *stats = vol_alloc(1, sizeof *stats);
     json_t *root = json_object();
     if (!stats || !root) {
@@ -28,7 +33,7 @@ VolStats *vol_stats_new(void)
         return NULL;
     }
     double now = seconds_now();
-    *stats = (VolStats){.root = root, .started = now, .stage_started = now};
+    *stats = (VolStats){.root = root, .started = now, .stage_started = now, .refusals = refusals};
     return stats;
 }
 
@@ -133,8 +138,10 @@ VolStatus vol_stats_write(VolStats *stats, VolBytes *out, VolError *err)
         set(stats, "peak_memory_bytes", json_integer((json_int_t)usage.ru_maxrss * 1024));
     vol_stats_real(stats, "seconds.total", seconds_now() - stats->started);
     char *text = json_dumps(stats->root, JSON_INDENT(2) | JSON_REAL_PRECISION(9));
-    if (!text)
+    if (!text || vol_refusals() != stats->refusals) {
+        free(text);
         return vol_fail_memory(err, 0);
+    }
     size_t length = strlen(text);
     size_t capacity = 0;
     VolStatus status = vol_bytes_append(out, &capacity, text, length, err);

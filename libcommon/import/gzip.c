@@ -3,6 +3,7 @@
 #include <string.h>
 #include <zlib.h>
 
+#include "base/refusals.h"
 #include "import/sampled.h"
 
 typedef struct Inflater {
@@ -45,7 +46,7 @@ static VolStatus inflate_member(Inflater *inflater, const char *name, VolError *
 
 VolStatus vol_gunzip(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err)
 {
-    Inflater inflater = {.data = data, .size = size};
+    Inflater inflater = {.z = {.zalloc = vol_zlib_alloc, .zfree = vol_zlib_free}, .data = data, .size = size};
     if (inflateInit2(&inflater.z, 15 + 32) != Z_OK) /* 32: zlib or gzip, by its first bytes */
         return vol_fail_memory(err, 1 << 16);
 

@@ -5,6 +5,7 @@
 
 #include "adapters/vtk.h"
 #include "base/plugin.h"
+#include "base/refusals.h"
 #include "import/readers.h"
 
 static const unsigned char *find_text(const VolBytes *bytes, const char *text, size_t within)
@@ -70,7 +71,7 @@ VolStatus vol_read_vtk(const VolSource *source, bool xml, VolSampled *out, VolEr
     char why[700] = "";
     int result = adapter->read_image(source->bytes->data, source->bytes->size, xml, source->options->array,
                                      source->options->time_step, &image, why, sizeof why);
-    if (result == 2)
+    if (result == 2 || (result && vol_memory_is_short(source->bytes->size)))
         return vol_fail_memory(err, source->bytes->size);
     if (result == 3)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': damaged, or truncated after %zu bytes: %s",

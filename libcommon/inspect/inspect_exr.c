@@ -1,6 +1,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/refusals.h"
 #include "inspect/inspect.h"
 
 static json_t *window_json(VolBox2 b) { return vol_json_ints((int32_t[]){b.x0, b.y0, b.x1, b.y1}, 4); }
@@ -73,6 +74,8 @@ static VolStatus describe_part(const VolPart *part, bool headers_only, VolInspec
 
 VolStatus vol_inspect_exr(const VolImage *image, size_t size, bool headers_only, VolInspection *out, VolError *err)
 {
+    vol_watch_jansson();
+    size_t refusals = vol_refusals();
     *out = (VolInspection){.description = json_object()};
     json_t *parts = json_array();
     json_object_set_new(out->description, "format", json_string("EXR"));
@@ -88,6 +91,8 @@ VolStatus vol_inspect_exr(const VolImage *image, size_t size, bool headers_only,
         else
             status = describe_part(&image->parts[p], headers_only, out, object, err);
     }
+    if (!status && vol_refusals() != refusals) /* jansson leaves out what it has no memory for */
+        status = vol_fail_memory(err, 0);
     if (status)
         vol_inspection_free(out);
     return status;

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/refusals.h"
 #include "inspect/inspect.h"
 
 /* One grid while its values are gathered: twice, as the bins depend on the range. */
@@ -192,6 +193,8 @@ static VolStatus inspect_grid(const VolVdb *vdb, size_t i, bool headers_only, Vo
 
 VolStatus vol_inspect_vdb(const VolVdb *vdb, size_t size, bool headers_only, VolInspection *out, VolError *err)
 {
+    vol_watch_jansson();
+    size_t refusals = vol_refusals();
     *out = (VolInspection){.description = json_object(), .history = meta_value(vol_vdb_file_meta(vdb), "vol:history")};
     json_t *top = out->description, *grids = json_array(), *metadata = metadata_json(vol_vdb_file_meta(vdb), err);
     json_object_set_new(top, "format", json_string("VDB"));
@@ -206,6 +209,8 @@ VolStatus vol_inspect_vdb(const VolVdb *vdb, size_t size, bool headers_only, Vol
         else
             status = inspect_grid(vdb, i, headers_only, out, grid, err);
     }
+    if (!status && vol_refusals() != refusals) /* jansson leaves out what it has no memory for */
+        status = vol_fail_memory(err, 0);
     if (status)
         vol_inspection_free(out);
     return status;

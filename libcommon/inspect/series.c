@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/refusals.h"
 #include "inspect/inspect.h"
 
 void vol_series_range(VolSeries *series, double value, uint64_t weight)
@@ -115,6 +116,7 @@ json_t *vol_series_json(const VolSeries *series)
 
 VolStatus vol_inspection_json(const VolInspection *inspection, VolBytes *out, VolError *err)
 {
+    vol_watch_jansson();
     char *text = json_dumps(inspection->description, JSON_INDENT(2) | JSON_SORT_KEYS | JSON_REAL_PRECISION(17));
     size_t capacity = 0;
     *out = (VolBytes){0};

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/refusals.h"
 #include "io/exr_private.h"
 
 /* The library's last message on this thread.  Not in the stream: the library may hold its lock when it complains, and to
@@ -23,7 +24,7 @@ static _Thread_local bool out_of_memory;
 
 static void *zeroed(size_t size)
 {
-    void *block = calloc(1, size ? size : 1);
+    void *block = vol_library_alloc_zero(size);
     out_of_memory = out_of_memory || !block;
     return block;
 }

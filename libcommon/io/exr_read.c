@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/refusals.h"
 #include "io/exr_private.h"
 
 typedef struct Reader {
@@ -32,9 +33,11 @@ typedef struct PartReader {
     VolPart *part;
 } PartReader;
 
+enum { DECODER_ROOM = 1 << 20 };
+
 static VolStatus damaged(Reader *r, exr_result_t code, const char *where)
 {
-    if (vol_exr_out_of_memory())
+    if (vol_exr_out_of_memory() || vol_memory_is_short(DECODER_ROOM))
         return vol_fail(r->err, VOL_NOMEM, "cannot read EXR '%s': out of memory", r->name);
     if (code == EXR_ERR_OUT_OF_MEMORY)
         code = EXR_ERR_CORRUPT_CHUNK;
@@ -381,6 +384,8 @@ static VolStatus read_chunk(const PartReader *p, int32_t x, int32_t y, Decoder *
     }
     if (!code)
         code = exr_decoding_run(context, p->index, decode);
+    if (code == EXR_ERR_CORRUPT_CHUNK) /* damaged, or zlib was refused memory: once more */
+        code = exr_decoding_run(context, p->index, decode);
     return code ? chunk_damaged(p, x, y, &info, code) : VOL_OK;
 }
 
@@ -427,6 +432,8 @@ static VolStatus read_image(const VolBytes *bytes, const char *name, bool pixels
         status = read_part(&r, p, pixels, out);
     if (r.context)
         exr_finish(&r.context);
+    if (!status && vol_exr_out_of_memory()) /* it leaves out what it has no memory for */
+        status = vol_fail(err, VOL_NOMEM, "cannot read EXR '%s': out of memory", name);
     if (status)
         vol_image_free(out);
     return status;

@@ -223,11 +223,13 @@ static exr_result_t compress_or_store(exr_encode_pipeline_t *pipeline)
 {
     const Encoder *encoder = pipeline->encoding_user_data;
     exr_result_t code = encoder->compress(pipeline);
-    if (!code && pipeline->compressed_bytes >= pipeline->packed_bytes) {
+    if (code) /* any pixels can be compressed: it has not got the memory */
+        return EXR_ERR_OUT_OF_MEMORY;
+    if (pipeline->compressed_bytes >= pipeline->packed_bytes) {
         memcpy(pipeline->compressed_buffer, pipeline->packed_buffer, pipeline->packed_bytes);
         pipeline->compressed_bytes = pipeline->packed_bytes;
     }
-    return code;
+    return EXR_ERR_SUCCESS;
 }
 
 /* Chunks are handed out in ascending order, so that the one whose turn it is never waits. */

@@ -9,6 +9,7 @@
 
 #include "adapters/image.h"
 #include "base/fmath.h"
+#include "base/refusals.h"
 #include "base/plugin.h"
 #include "io/pixels_exr.h"
 
@@ -180,7 +181,7 @@ static VolStatus from_other(const VolBytes *bytes, const char *name, const char 
     VolImageAdapterPixels pixels;
     char why[512] = "";
     int result = adapter->read(bytes->data, bytes->size, format, &pixels, why, sizeof why);
-    if (result == 2)
+    if (result == 2 || (result && vol_memory_is_short(bytes->size)))
         return vol_fail_memory(err, bytes->size);
     if (result)
         return vol_fail(err, VOL_BAD_INPUT, "cannot read %s image '%s': %s", format, name, why);
@@ -218,7 +219,7 @@ VolStatus vol_png_encode(const unsigned char *rgb, int width, int height, VolByt
         return status;
     char why[512] = "";
     int result = adapter->encode_png(rgb, width, height, &out->data, &out->size, why, sizeof why);
-    if (result == 2)
+    if (result) /* any picture can be encoded */
         return vol_fail_memory(err, (size_t)width * (size_t)height * 3);
-    return result ? vol_fail(err, VOL_BAD_INPUT, "cannot encode PNG: %s", why) : VOL_OK;
+    return VOL_OK;
 }

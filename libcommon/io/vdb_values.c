@@ -9,6 +9,8 @@
 #include <string.h>
 #include <zlib.h>
 
+#include "base/refusals.h"
+
 /* ---- numbers ---- */
 
 static float half_to_float(uint16_t half)
@@ -109,10 +111,16 @@ static void negate(const VdbTreeKind *kind, const unsigned char *from, unsigned 
 
 /* ---- blocks ---- */
 
+/* Values of one node: far below zlib's 32 bits of length. */
 static bool unzip(const unsigned char *from, size_t size, void *to, size_t to_size)
 {
-    uLongf got = to_size;
-    return uncompress(to, &got, from, size) == Z_OK && got == to_size;
+    z_stream z = {.next_in = (Bytef *)(uintptr_t)from, .avail_in = (uInt)size, .next_out = to, .avail_out = (uInt)to_size,
+                  .zalloc = vol_zlib_alloc, .zfree = vol_zlib_free};
+    if (inflateInit(&z) != Z_OK)
+        return false;
+    bool whole = inflate(&z, Z_FINISH) == Z_STREAM_END && z.avail_out == 0;
+    inflateEnd(&z);
+    return whole;
 }
 
 /* A block of `count` stored values at byte *at. */
@@ -134,10 +142,17 @@ static VolStatus unpack_block(const VdbTree *tree, size_t *at, size_t count, voi
         memcpy(to, from, bytes);
         return VOL_OK;
     }
-    bool good = codec->compression & VDB_COMPRESS_BLOSC ? tree->blosc->decompress(from, (size_t)length, to, bytes)
-                                                        : unzip(from, (size_t)length, to, bytes);
-    return good ? VOL_OK : vol_fail(err, VOL_BAD_INPUT, "byte %zu: a compressed block is damaged",
-                                    (size_t)(from - tree->data));
+    size_t refusals = vol_refusals();
+    VolBloscResult result;
+    if (codec->compression & VDB_COMPRESS_BLOSC)
+        result = tree->blosc->decompress(from, (size_t)length, to, bytes);
+    else
+        result = unzip(from, (size_t)length, to, bytes) ? VOL_BLOSC_DONE : VOL_BLOSC_DAMAGED;
+    if (result == VOL_BLOSC_DONE)
+        return VOL_OK;
+    if (result == VOL_BLOSC_NO_MEMORY || vol_refusals() != refusals)
+        return vol_fail_memory(err, 0);
+    return vol_fail(err, VOL_BAD_INPUT, "byte %zu: a compressed block is damaged", (size_t)(from - tree->data));
 }
 
 /* ---- nodes ---- */

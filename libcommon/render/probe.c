@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/number.h"
+#include "base/refusals.h"
 #include "render/film.h"
 
 static json_t *number(double v)
@@ -74,6 +75,8 @@ static VolStatus add_pixel(VolFrame *frame, const int64_t at[2], bool trace, jso
 VolStatus vol_probe_json(VolFrame *frame, const char *const *places, size_t count, bool trace, VolBytes *out,
                          VolError *err)
 {
+    vol_watch_jansson();
+    size_t refusals = vol_refusals();
     json_t *root = json_object(), *pixels = json_array();
     VolStatus status = VOL_OK;
     *out = (VolBytes){0};
@@ -91,8 +94,8 @@ VolStatus vol_probe_json(VolFrame *frame, const char *const *places, size_t coun
         return status;
     size_t length = text ? strlen(text) : 0;
     char *line = text ? vol_resize(text, length + 2, 1) : NULL;
-    if (!line) {
-        free(text);
+    if (!line || vol_refusals() != refusals) {
+        free(line ? line : text);
         return vol_fail_memory(err, length);
     }
     line[length] = '\n';

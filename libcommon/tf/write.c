@@ -3,6 +3,8 @@
 #include <jansson.h>
 #include <stdlib.h>
 
+#include "base/refusals.h"
+
 /* jansson takes NULL for a new value and says so: one check at the end, of `failed`, stands for all. */
 typedef struct Writer {
     json_t *root;
@@ -96,6 +98,7 @@ VolStatus vol_tf_write(const VolTf *tf, char **text, VolError *err)
 {
     static const char *const models[] = {[VOL_MODEL_HYBRID] = "hybrid", [VOL_MODEL_CLASSIC] = "classic",
                                          [VOL_MODEL_UNSHADED] = "unshaded"};
+    vol_watch_jansson();
     Writer w = {.root = json_object()};
     put(&w, w.root, "pellucid", json_string("transfer-function/1"));
     put(&w, w.root, "interpolate", json_string(tf->interpolate == VOL_INTERPOLATE_OPACITY ? "opacity" : "extinction"));

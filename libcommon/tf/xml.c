@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/refusals.h"
+
 #define CHUNK ((size_t)1 << 20)
 #define MOST_DEPTH 256
 
@@ -118,7 +120,8 @@ static VolStatus parse(Reader *r, const VolBytes *bytes, const char *name)
 VolStatus vol_xml_parse(const VolBytes *bytes, const char *name, VolXml *out, VolError *err)
 {
     *out = (VolXml){0};
-    Reader r = {.parser = XML_ParserCreate(NULL), .xml = out, .err = err};
+    static const XML_Memory_Handling_Suite memory = {vol_library_alloc, vol_library_resize, free};
+    Reader r = {.parser = XML_ParserCreate_MM(NULL, &memory, NULL), .xml = out, .err = err};
     if (!r.parser)
         return vol_fail(err, VOL_NOMEM, "out of memory while reading '%.200s'", name);
     VolStatus status = parse(&r, bytes, name);

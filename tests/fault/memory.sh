@@ -13,7 +13,7 @@ vol-render -t tf.json --size 4x4 -o a.exr torus.vdb || exit
 fail_each() {
     job=$1 n=1
     shift
-    while [ "$n" -lt 600 ]; do
+    while [ "$n" -lt 1500 ]; do
         rm -f out
         VOL_FAULT=malloc:$n "$@" 2>why
         code=$?
@@ -24,7 +24,7 @@ fail_each() {
         fi
         n=$((n + 3))
     done
-    check "$job: each third of $((n - 1)) allocations failed once" test "$n" -gt 5 -a "$n" -lt 600
+    check "$job: each third of $((n - 1)) allocations failed once" test "$n" -gt 5 -a "$n" -lt 1500
 }
 
 fail_each vol-gen vol-gen field sphere --size 9 -o out
@@ -32,4 +32,5 @@ fail_each vol-render vol-render -j1 -t tf.json --size 4x4 --aov Z,normal -o out 
 fail_each "vol-render, full" vol-render -j1 -t tf.json --size 4x4 --estimator full -o out torus.vdb
 fail_each tf-preint tf-preint -j1 --size 9 -o out tf.json
 fail_each exr-join exr-join -o out a.exr
+fail_each vol-info vol-info --json -o out a.exr
 finish
