@@ -508,7 +508,6 @@ static void warn_of_unused_steps(const Job *job)
 static VolStatus check_size(const Run *run, VolError *err)
 {
     enum { LEAST = 4 * sizeof(float), MOST_ACROSS = 1 << 20 };
-    char what[120];
     VolCrop part = options.crop;
     if (options.size.width > MOST_ACROSS || options.size.height > MOST_ACROSS)
         return vol_fail(err, VOL_USAGE, "--size %" PRId64 "x%" PRId64 ": more than %d pixels across", options.size.width,
@@ -516,10 +515,11 @@ static VolStatus check_size(const Run *run, VolError *err)
     VolStatus status = options.probe.count ? VOL_OK : check_crop(&part, err);
     if (status || options.probe.count)
         return status;
-    snprintf(what, sizeof what, "--%s %" PRId64 "x%" PRId64, run_given(run, "crop") ? "crop" : "size", part.width,
-             part.height);
-    return vol_memory_check((uint64_t)part.width * (uint64_t)part.height * LEAST, what,
-                            "make it smaller, or render parts of it with --crop", err);
+    status = vol_check_memory((double)part.width * (double)part.height * LEAST, err);
+    if (!status)
+        return VOL_OK;
+    return vol_fail_within(err, status, "--%s %" PRId64 "x%" PRId64 " (--crop renders parts)",
+                           run_given(run, "crop") ? "crop" : "size", part.width, part.height);
 }
 
 static VolStatus vol_render(const Run *run, VolError *err)

@@ -240,7 +240,7 @@ public:
     virtual VolStatus leaf(const int32_t *origin, const float *floats, const double *doubles, const uint64_t *active,
                            VolError *err) = 0;
     virtual VolStatus tile(const int32_t *origin, int32_t size, const double *value, bool active, VolError *err) = 0;
-    virtual void encode(uint32_t compression, VolVdbEncodedTree &out) const = 0;
+    virtual void encode(uint32_t compression, size_t most, VolVdbEncodedTree &out) const = 0;
 };
 
 template <typename TreeT>
@@ -282,9 +282,9 @@ public:
         return VOL_OK;
     }
 
-    void encode(uint32_t compression, VolVdbEncodedTree &out) const override
+    void encode(uint32_t compression, size_t most, VolVdbEncodedTree &out) const override
     {
-        OutBuffer buffer([compression, this](const char *data, size_t size) {
+        OutBuffer buffer(most, [compression, this](const char *data, size_t size) {
             const size_t value = half_ ? 2 * Value<T>::components : sizeof(T);
             return compression & openvdb::io::COMPRESS_BLOSC ? openvdb::io::bloscToStreamSize(data, value, size / value)
                                                              : openvdb::io::zipToStreamSize(data, size);
@@ -346,11 +346,11 @@ VolStatus tree_tile(VolVdbTree *tree, const int32_t origin[3], int32_t size, con
     return guarded(err, [&] { return builder_of(tree).tile(origin, size, value, active, err); });
 }
 
-VolStatus tree_encode(const VolVdbTree *tree, uint32_t compression, VolVdbEncodedTree *out, VolError *err)
+VolStatus tree_encode(const VolVdbTree *tree, uint32_t compression, size_t most, VolVdbEncodedTree *out, VolError *err)
 {
     return guarded(err, [&] {
         try {
-            reinterpret_cast<const Builder *>(tree)->encode(compression, *out);
+            reinterpret_cast<const Builder *>(tree)->encode(compression, most, *out);
         } catch (const std::ios_base::failure &) { // memory is all that it is written to
             throw std::bad_alloc();
         }

@@ -38,7 +38,9 @@ typedef struct VolVdbAdapter {
                            const uint64_t active[8], VolError *err);
     VolStatus (*tree_tile)(VolVdbTree *tree, const int32_t origin[3], int32_t size, const double value[3], bool active,
                            VolError *err);
-    VolStatus (*tree_encode)(const VolVdbTree *tree, uint32_t compression, VolVdbEncodedTree *out, VolError *err);
+    /* `most`: bytes that it may take; more are VOL_NOMEM. */
+    VolStatus (*tree_encode)(const VolVdbTree *tree, uint32_t compression, size_t most, VolVdbEncodedTree *out,
+                             VolError *err);
 } VolVdbAdapter;
 
 #endif

@@ -46,7 +46,7 @@ protected:
 class OutBuffer : public std::streambuf {
 public:
     using Measure = std::function<size_t(const char *data, size_t size)>; /* bytes when compressed */
-    explicit OutBuffer(Measure measure) : measure_(std::move(measure)) {}
+    OutBuffer(size_t most, Measure measure) : most_(most), measure_(std::move(measure)) {}
     OutBuffer(const OutBuffer &) = delete;
     OutBuffer &operator=(const OutBuffer &) = delete;
     ~OutBuffer() override { std::free(data_); }
@@ -105,7 +105,9 @@ private:
     }
     void grow(size_t wanted)
     {
-        const size_t capacity = std::max(wanted, capacity_ > SIZE_MAX / 2 ? wanted : 2 * capacity_);
+        if (wanted > most_)
+            throw std::bad_alloc();
+        const size_t capacity = std::max(wanted, std::min(most_, capacity_ > SIZE_MAX / 2 ? wanted : 2 * capacity_));
         void *grown = std::realloc(data_, capacity);
         if (!grown)
             throw std::bad_alloc();
@@ -115,6 +117,7 @@ private:
     static constexpr size_t library_room = 120000; /* below what goes back to the system at once */
     unsigned char *data_ = nullptr;
     size_t size_ = 0, capacity_ = 0, bare_ = 0;
+    size_t most_;
     Measure measure_;
 };
 

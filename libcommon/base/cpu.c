@@ -93,23 +93,34 @@ static int rounded_up(double quota, double period, int limit)
     return whole < quota / period ? whole + 1 : whole;
 }
 
-/* Lowers *user to what a group is granted. */
-static void heed_quota(void *user, const char *folder)
+static int quota_of_folder(const char *folder, int limit)
+{
+    char path[4352], line[128];
+    double quota, period;
+    snprintf(path, sizeof path, "%s/cpu.max", folder); /* version 2: "QUOTA PERIOD" or "max PERIOD" */
+    if (vol_read_line(path, line, sizeof line) && sscanf(line, "%lf %lf", &quota, &period) == 2)
+        return rounded_up(quota, period, limit);
+    snprintf(path, sizeof path, "%s/cpu.cfs_quota_us", folder); /* version 1: -1 where there is no limit */
+    if (!vol_read_line(path, line, sizeof line) || sscanf(line, "%lf", &quota) != 1)
+        return limit;
+    snprintf(path, sizeof path, "%s/cpu.cfs_period_us", folder);
+    if (!vol_read_line(path, line, sizeof line) || sscanf(line, "%lf", &period) != 1)
+        return limit;
+    return rounded_up(quota, period, limit);
+}
+
+static void look_at_group(void *user, const char *folder)
 {
     int *limit = user;
-    char line[128];
-    double quota, period;
-    /* Version 2: "QUOTA PERIOD" or "max PERIOD"; version 1: -1 where there is no limit. */
-    if (vol_cgroup_read(folder, "cpu.max", line, sizeof line) && sscanf(line, "%lf %lf", &quota, &period) == 2)
-        *limit = rounded_up(quota, period, *limit);
-    else if (vol_cgroup_read(folder, "cpu.cfs_quota_us", line, sizeof line) && sscanf(line, "%lf", &quota) == 1 &&
-             vol_cgroup_read(folder, "cpu.cfs_period_us", line, sizeof line) && sscanf(line, "%lf", &period) == 1)
-        *limit = rounded_up(quota, period, *limit);
+    *limit = quota_of_folder(folder, *limit);
 }
 
 int vol_thread_count(int wanted)
 {
+    static const char *const controllers[] = {"cpu", "cpu,cpuacct", NULL};
+    if (wanted > 0)
+        return wanted;
     int limit = affinity_count();
-    vol_cgroup_walk("cpu", heed_quota, &limit);
-    return wanted > 0 ? wanted : limit;
+    vol_cgroup_folders(controllers, look_at_group, &limit);
+    return limit;
 }

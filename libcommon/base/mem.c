@@ -12,6 +12,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "base/memory.h"
 #include "base/refusals.h"
 
 /* In builds with -DVOL_FAULTS the environment's VOL_FAULT=malloc:N makes the N-th allocation of the run fail, so that a
@@ -34,6 +35,12 @@ static bool product(size_t count, size_t size, size_t *bytes)
     return !__builtin_mul_overflow(count, size, bytes) && !fault_is_due();
 }
 
+/* The system gives more than there is, and kills who uses it.  A block that grows has half of it already, mostly. */
+static bool beyond_machine(size_t bytes)
+{
+    return bytes > 4 * (size_t)VOL_WORTH_A_CHECK && (double)bytes > vol_memory_available();
+}
+
 static void *counted(void *block)
 {
     if (!block)
@@ -44,7 +51,7 @@ static void *counted(void *block)
 void *vol_alloc(size_t count, size_t size)
 {
     size_t bytes;
-    return counted(product(count, size, &bytes) ? malloc(bytes ? bytes : 1) : NULL);
+    return counted(product(count, size, &bytes) && !beyond_machine(bytes) ? malloc(bytes ? bytes : 1) : NULL);
 }
 
 void *vol_alloc_zero(size_t count, size_t size)
@@ -65,7 +72,7 @@ void *vol_alloc_aligned(size_t alignment, size_t count, size_t size)
 void *vol_resize(void *old, size_t count, size_t size)
 {
     size_t bytes;
-    return counted(product(count, size, &bytes) ? realloc(old, bytes ? bytes : 1) : NULL);
+    return counted(product(count, size, &bytes) && !beyond_machine(bytes / 2) ? realloc(old, bytes ? bytes : 1) : NULL);
 }
 
 enum { LARGE_PAGE = 1 << 21 };

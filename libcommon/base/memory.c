@@ -1,46 +1,104 @@
 #include "base/memory.h"
 
-#include <inttypes.h>
+#include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/resource.h>
-#include <sys/sysinfo.h>
+#include <unistd.h>
 
 #include "base/cgroup.h"
 
-static void lower(uint64_t *limit, uint64_t to)
+/* The sum of the lines "NAME: VALUE kB" or "NAME VALUE" of a file whose names are given; infinity where there are none. */
+static double sum_of_lines(const char *path, const char *const *names)
 {
-    if (to < *limit)
-        *limit = to;
+    FILE *file = fopen(path, "re");
+    char line[256], name[64];
+    double sum = 0, value;
+    bool found = false;
+    while (file && fgets(line, sizeof line, file)) {
+        if (sscanf(line, "%63[^: ]%*[: ]%lf", name, &value) != 2)
+            continue;
+        for (const char *const *wanted = names; *wanted; wanted++)
+            if (!strcmp(*wanted, name)) {
+                sum += value * (strstr(line, " kB") ? 1024 : 1);
+                found = true;
+            }
+    }
+    if (file)
+        fclose(file);
+    return found ? sum : INFINITY;
 }
 
-static void heed_group(void *user, const char *folder)
+static double number_in(const char *folder, const char *name)
 {
-    static const char *const files[] = {"memory.max", "memory.limit_in_bytes"}; /* version 2 ("max": none), version 1 */
-    char line[64];
-    uint64_t bytes;
-    for (int i = 0; i < 2; i++)
-        if (vol_cgroup_read(folder, files[i], line, sizeof line) && sscanf(line, "%" SCNu64, &bytes) == 1)
-            lower(user, bytes);
+    char path[4352], line[64];
+    double value;
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    return vol_read_line(path, line, sizeof line) && sscanf(line, "%lf", &value) == 1 ? value : INFINITY; /* "max" */
 }
 
-uint64_t vol_memory_limit(void)
+double vol_group_memory_left(const char *folder)
 {
-    uint64_t limit = UINT64_MAX;
-    struct sysinfo info;
-    struct rlimit address_space;
-    if (sysinfo(&info) == 0)
-        limit = ((uint64_t)info.totalram + info.totalswap) * info.mem_unit;
-    vol_cgroup_walk("memory", heed_group, &limit);
-    if (getrlimit(RLIMIT_AS, &address_space) == 0 && address_space.rlim_cur != RLIM_INFINITY)
-        lower(&limit, address_space.rlim_cur);
-    return limit;
+    static const char *const droppable[] = {"inactive_file", "active_file", NULL}; /* pages of files */
+    double limit = number_in(folder, "memory.max"), used = number_in(folder, "memory.current");
+    char path[4352];
+    if (!isfinite(limit)) {
+        limit = number_in(folder, "memory.limit_in_bytes");
+        used = number_in(folder, "memory.usage_in_bytes");
+    }
+    if (!isfinite(limit) || !isfinite(used) || limit > 0x1p62)
+        return INFINITY;
+    snprintf(path, sizeof path, "%s/memory.stat", folder);
+    double files = sum_of_lines(path, droppable);
+    return fmax(0, limit - used + (isfinite(files) ? fmin(files, used) : 0));
 }
 
-VolStatus vol_memory_check(uint64_t bytes, const char *what, const char *advice, VolError *err)
+static void look_at_group(void *user, const char *folder)
 {
-    uint64_t limit = vol_memory_limit();
-    if (bytes <= limit)
+    double *left = user;
+    *left = fmin(*left, vol_group_memory_left(folder));
+}
+
+static double address_space_left(void)
+{
+    struct rlimit limit;
+    double pages;
+    char line[128];
+    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
+        !vol_read_line("/proc/self/statm", line, sizeof line) || sscanf(line, "%lf", &pages) != 1)
+        return INFINITY;
+    return fmax(0, (double)limit.rlim_cur - pages * (double)sysconf(_SC_PAGESIZE));
+}
+
+double vol_memory_available(void)
+{
+    static const char *const machine[] = {"MemAvailable", "SwapFree", NULL}, *const groups[] = {"memory", NULL};
+    double left = fmin(sum_of_lines("/proc/meminfo", machine), address_space_left());
+    vol_cgroup_folders(groups, look_at_group, &left);
+    return left;
+}
+
+/* "3.4 GB" */
+static void say_bytes(double bytes, char text[32])
+{
+    static const char *const units[] = {"kB", "MB", "GB", "TB", "PB", "EB"};
+    size_t unit = 0;
+    double value = bytes / 1000;
+    while (value >= 999.5 && unit + 1 < sizeof units / sizeof *units) {
+        value /= 1000;
+        unit++;
+    }
+    snprintf(text, 32, "%.*f %s", value < 9.95 ? 1 : 0, value, units[unit]);
+}
+
+VolStatus vol_check_memory(double bytes, VolError *err)
+{
+    double left = vol_memory_available();
+    char needed[32], available[32];
+    if (bytes <= left)
         return VOL_OK;
-    return vol_fail(err, VOL_NOMEM, "%s takes %.3g GB of memory, there are %.3g GB: %s", what, (double)bytes / 1e9,
-                    (double)limit / 1e9, advice);
+    say_bytes(bytes, needed);
+    say_bytes(left, available);
+    return vol_fail(err, VOL_NOMEM, "about %s of memory are needed, %s are available", needed, available);
 }

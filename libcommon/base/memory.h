@@ -1,16 +1,20 @@
-/* How much memory there is to take: asked before much is taken, for a system that grants what it has not ends the process
- * that uses it. */
+/* How much memory can still be had, so that what needs more says so before it takes any: the system gives more than there
+ * is, and kills who uses it. */
 #ifndef VOL_BASE_MEMORY_H
 #define VOL_BASE_MEMORY_H
 
-#include <stdint.h>
-
 #include "base/status.h"
 
-/* The least of what the machine has (with swap), its control groups allow and `ulimit -v` allows; bytes. */
-uint64_t vol_memory_limit(void);
+/* Bytes that this process can still take: of the machine (with what it can swap), of its control groups, of its address
+ * space; infinity where nothing tells. */
+double vol_memory_available(void);
 
-/* VOL_NOMEM where `bytes` are more than that: "WHAT takes 160 GB of memory, there are 24 GB: ADVICE". */
-VolStatus vol_memory_check(uint64_t bytes, const char *what, const char *advice, VolError *err);
+/* What the control group of this folder leaves, of version 1 or 2. */
+double vol_group_memory_left(const char *folder);
+
+enum { VOL_WORTH_A_CHECK = 1 << 26 }; /* to look takes some 100 us */
+
+/* VOL_NOMEM where `bytes` are more than that: "about 34 GB of memory are needed, 22 GB are available". */
+VolStatus vol_check_memory(double bytes, VolError *err);
 
 #endif

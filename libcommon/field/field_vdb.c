@@ -1,8 +1,10 @@
 #include "field/field_vdb.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "base/pool.h"
 
 enum { LEAF = 8, LEAF_VOXELS = LEAF * LEAF * LEAF };
@@ -97,6 +99,14 @@ static VolStatus begin_grid(const VolFieldBox *box, VolVdbWriter *writer, VolErr
     return status;
 }
 
+enum { LEAVES_PER_CHECK = 1 << 15 };
+
+/* The tree's memory for so many leaves: values, masks, and the nodes above. */
+static double leaf_bytes(const VolFieldBox *box, double leaves)
+{
+    return leaves * (LEAF_VOXELS * (box->store == VOL_STORE_DOUBLE ? 8.0 : 4.0) + 160);
+}
+
 static VolStatus write_layers(Layer *layer, size_t leaves, int threads, VolVdbWriter *writer,
                               VolFieldCounts *counts, VolError *err)
 {
@@ -110,13 +120,26 @@ static VolStatus write_layers(Layer *layer, size_t leaves, int threads, VolVdbWr
             counts->non_finite += layer->kept[i] ? layer->non_finite[i] : 0;
             if (layer->kept[i] && box->store == VOL_STORE_HALF)
                 counts->largest = fmax(counts->largest, largest_of(layer->values + i * LEAF_VOXELS));
-            if (layer->kept[i])
+            if (layer->kept[i] && counts->leaves % LEAVES_PER_CHECK == 0)
+                status = vol_check_memory(leaf_bytes(box, LEAVES_PER_CHECK), err);
+            if (layer->kept[i] && !status)
                 status = put_leaf(layer, i, writer, err);
         }
         if (!status && box->progress)
             box->progress(box->progress_user, fmin(1, (layer->x + LEAF) / (double)box->dims[0]));
     }
     return status;
+}
+
+/* What is needed for certain, before any of it is taken; of a sparse grid, whose leaves nobody knows yet, one layer's. */
+static VolStatus foresee(const VolFieldBox *box, double leaves_per_layer, VolError *err)
+{
+    double layers = ceil(box->dims[0] / (double)LEAF), bytes = leaves_per_layer * LEAF_VOXELS * sizeof(double);
+    if (!box->sparse)
+        bytes += leaf_bytes(box, leaves_per_layer * layers);
+    VolStatus status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, err) : VOL_OK;
+    return status ? vol_fail_within(err, status, "cannot hold %dx%dx%d voxels", box->dims[0], box->dims[1], box->dims[2])
+                  : VOL_OK;
 }
 
 VolStatus vol_field_write(const VolFieldCase *field, const VolFieldBox *box, int threads, VolVdbWriter *writer,
@@ -126,13 +149,15 @@ VolStatus vol_field_write(const VolFieldCase *field, const VolFieldBox *box, int
            leaves_z = ((size_t)box->dims[2] + LEAF - 1) / LEAF;
     size_t leaves = leaves_y * leaves_z;
     Layer layer = {.field = field, .box = box, .leaves_z = leaves_z};
+    VolStatus status = foresee(box, (double)leaves, err);
+    if (status)
+        return status;
     layer.values = vol_alloc(leaves, LEAF_VOXELS * sizeof *layer.values);
     layer.active = vol_alloc(leaves, sizeof *layer.active);
     layer.kept = vol_alloc(leaves, sizeof *layer.kept);
     layer.non_finite = vol_alloc(leaves, sizeof *layer.non_finite);
 
     *counts = (VolFieldCounts){0};
-    VolStatus status = VOL_OK;
     if (!layer.values || !layer.active || !layer.kept || !layer.non_finite)
         status = vol_fail_memory(err, leaves * LEAF_VOXELS * sizeof(double));
     if (!status)

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "base/memory.h"
 #include "import/import.h"
 
 /* What loses nothing: a float holds every integer up to 2^24 in magnitude, a double up to 2^53. */
@@ -136,6 +137,16 @@ static void convert_voxels(const VolSampled *image, int64_t component, int64_t t
         }
 }
 
+/* Converted samples beside those of the file, then the tree beside the converted ones. */
+static VolStatus foresee(const VolSampled *image, const char *name, VolVdbStore store, VolError *err)
+{
+    double voxels = (double)image->dims[0] * (double)image->dims[1] * (double)image->dims[2];
+    double bytes = voxels * (store == VOL_STORE_FLOAT ? 4 : 8), tree = voxels * (store == VOL_STORE_DOUBLE ? 8 : 4);
+    bytes += fmax(0, tree - (double)image->bytes.size);
+    VolStatus status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, err) : VOL_OK;
+    return status ? vol_fail_within(err, status, "cannot import '%s'", name) : VOL_OK;
+}
+
 VolStatus vol_import_convert(VolSampled *image, const char *name, const VolImportOptions *options,
                              VolImported *out, VolError *err)
 {
@@ -150,6 +161,9 @@ VolStatus vol_import_convert(VolSampled *image, const char *name, const VolImpor
     out->store = store_of(image);
     if (component == VOL_COMPONENT_MAGNITUDE && out->store == VOL_STORE_INT32)
         out->store = VOL_STORE_DOUBLE;
+    status = foresee(image, name, out->store, err);
+    if (status)
+        return status;
     size_t voxels = (size_t)image->dims[0] * (size_t)image->dims[1] * (size_t)image->dims[2];
     double *row = vol_alloc((size_t)image->dims[0], sizeof *row);
     for (int a = 0; a < 3; a++)

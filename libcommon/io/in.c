@@ -8,6 +8,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/memory.h"
+
 const char *vol_input_name(const char *path) { return strcmp(path, "-") ? path : "stdin"; }
 
 /* How much of a regular file is left to read; 0: not known. */
@@ -45,7 +47,10 @@ static VolStatus resize(VolBytes *out, size_t capacity, VolError *err)
 static VolStatus read_expected(int fd, const char *name, size_t expected, VolBytes *out, VolError *err)
 {
     size_t got = 1;
-    VolStatus status = resize(out, expected, err);
+    VolStatus status = expected > VOL_WORTH_A_CHECK ? vol_check_memory((double)expected, err) : VOL_OK;
+    if (status)
+        return vol_fail_within(err, status, "cannot read '%s'", name);
+    status = resize(out, expected, err);
     while (!status && got && out->size < expected)
         status = read_piece(fd, name, out, expected, &got, err);
     if (!status && out->size < expected)

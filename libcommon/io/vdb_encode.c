@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+
 static uint32_t compression_flags(VolVdbCompression compression)
 {
     switch (compression) {
@@ -349,6 +351,13 @@ static VolStatus add_standard_meta(VolVdbWriter *writer, const VolVdbGridInfo *i
     return status;
 }
 
+/* Once encoded it is copied behind its header. */
+static size_t room_for_tree(void)
+{
+    double half = vol_memory_available() / 2;
+    return half < (double)SIZE_MAX / 2 ? (size_t)half : SIZE_MAX / 2;
+}
+
 VolStatus vol_vdb_end_grid(VolVdbWriter *writer, VolError *err)
 {
     if (!writer->tree)
@@ -360,7 +369,7 @@ VolStatus vol_vdb_end_grid(VolVdbWriter *writer, VolError *err)
     uint32_t flags = compression_flags(writer->compression);
     VolStatus status = vol_vdb_adapter(&adapter, err);
     if (!status)
-        status = within_grid(writer, adapter->tree_encode(writer->tree, flags, &tree, &why), &why, err);
+        status = within_grid(writer, adapter->tree_encode(writer->tree, flags, room_for_tree(), &tree, &why), &why, err);
     if (!status)
         status = add_standard_meta(writer, &tree.info, err);
     if (!status)

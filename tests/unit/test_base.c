@@ -1,13 +1,14 @@
 /* base/: hash, cpu, pool, stats, plugin, memory, messages, maps. */
 #include <jansson.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
-#include <sys/resource.h>
+#include <string.h>
 #include <unistd.h>
 
-#include "base/cgroup.h"
 #include "base/cpu.h"
 #include "base/hash.h"
 #include "base/log.h"
@@ -15,6 +16,7 @@
 #include "base/memory.h"
 #include "base/plugin.h"
 #include "base/pool.h"
+#include "base/refusals.h"
 #include "base/stats.h"
 #include "base/status.h"
 #include "base/vec.h"
@@ -84,40 +86,6 @@ static void test_hash_spread(void)
         for (size_t m = 0; m < n; m++)
             CHECK(strcmp(lengths[n], lengths[m]) != 0);
     }
-}
-
-/* ---- memory that there is ---- */
-
-static void count_folder(void *user, const char *folder)
-{
-    ++*(int *)user;
-    CHECK(strncmp(folder, "/sys/fs/cgroup", 14) == 0);
-}
-
-static void test_memory_limit(void)
-{
-    VolError err;
-    uint64_t limit = vol_memory_limit();
-    CHECK(limit > 16 << 20 && limit < UINT64_MAX);
-    CHECK(vol_memory_check(1 << 20, "x", "y", &err) == VOL_OK);
-    CHECK(vol_memory_check(limit, "x", "y", &err) == VOL_OK);
-    CHECK(vol_memory_check(limit + 1, "x", "y", &err) == VOL_NOMEM);
-    CHECK(vol_memory_check(UINT64_MAX, "--size 9", "less", &err) == VOL_NOMEM);
-    CHECK(strstr(err.text, "--size 9 takes 1.84e+10 GB of memory, there are ") && strstr(err.text, " GB: less"));
-    int folders = 0;
-    vol_cgroup_walk("memory", count_folder, &folders);
-    char line[8];
-    CHECK(!vol_cgroup_read("/nowhere", "cpu.max", line, sizeof line));
-#ifndef __SANITIZE_ADDRESS__ /* which takes terabytes of addresses */
-    struct rlimit old, less;
-    CHECK(getrlimit(RLIMIT_AS, &old) == 0);
-    less.rlim_max = old.rlim_max;
-    less.rlim_cur = limit / 2;
-    if (setrlimit(RLIMIT_AS, &less) == 0) {
-        CHECK(vol_memory_limit() == limit / 2);
-        setrlimit(RLIMIT_AS, &old);
-    }
-#endif
 }
 
 /* ---- cpu ---- */
@@ -317,11 +285,50 @@ static void test_affine(void)
     CHECK(!vol_affine_invert(&flat, &inverse));
 }
 
+/* ---- what is left of memory ---- */
+
+static void write_line(const char *folder, const char *name, const char *line)
+{
+    char path[128];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    CHECK(file && fputs(line, file) >= 0 && fclose(file) == 0);
+}
+
+static void test_memory_left(void)
+{
+    char folder[] = "/tmp/pellucid-group-XXXXXX", remove[64];
+    VolError err = {""};
+    CHECK(mkdtemp(folder) != NULL);
+    CHECK(isinf(vol_group_memory_left(folder))); /* nothing tells */
+    write_line(folder, "memory.limit_in_bytes", "9223372036854771712\n");
+    write_line(folder, "memory.usage_in_bytes", "1000\n");
+    CHECK(isinf(vol_group_memory_left(folder)));
+    write_line(folder, "memory.limit_in_bytes", "5000\n");
+    CHECK(vol_group_memory_left(folder) == 4000);
+    write_line(folder, "memory.max", "max\n");
+    CHECK(vol_group_memory_left(folder) == 4000);
+    write_line(folder, "memory.max", "8000\n");
+    write_line(folder, "memory.current", "7000\n");
+    CHECK(vol_group_memory_left(folder) == 1000);
+    write_line(folder, "memory.stat", "anon 100\ninactive_file 500\nactive_file 20\nfile 90000\n");
+    CHECK(vol_group_memory_left(folder) == 1520);
+    write_line(folder, "memory.current", "9000\n");
+    CHECK(vol_group_memory_left(folder) == 0);
+    snprintf(remove, sizeof remove, "rm -r %s", folder);
+    CHECK(system(remove) == 0);
+
+    CHECK(vol_memory_available() > 0);
+    CHECK(vol_check_memory(1, &err) == VOL_OK);
+    CHECK(vol_check_memory(3.4e18, &err) == VOL_NOMEM);
+    CHECK(strncmp(err.text, "about 3.4 EB of memory are needed, ", 35) == 0);
+    CHECK(vol_alloc(SIZE_MAX / 4, 1) == NULL && vol_refusals() > 0);
+}
+
 int main(void)
 {
     RUN(test_hash_pieces);
     RUN(test_hash_spread);
-    RUN(test_memory_limit);
     RUN(test_cpu);
     RUN(test_pool);
     RUN(test_pool_failure);
@@ -329,6 +336,7 @@ int main(void)
     RUN(test_stats_none);
     RUN(test_plugin_missing);
     RUN(test_memory);
+    RUN(test_memory_left);
     RUN(test_bytes);
     RUN(test_messages);
     RUN(test_affine);
