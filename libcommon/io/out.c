@@ -180,8 +180,10 @@ VolStatus vol_output_prepare(VolOutput *output, const char *path, const void *da
 {
     *output = (VolOutput){.options = options, .data = data, .size = size, .temporary = -1};
     VolStatus status = vol_target_find(path, options, &output->target, err);
-    if (status)
+    if (status) {
+        vol_output_free(output);
         return status;
+    }
     output->name = vol_copy_text(output->target.fd == STDOUT_FILENO ? "stdout" : path);
     if (!output->name)
         status = vol_fail_memory(err, strlen(path));
