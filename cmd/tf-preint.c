@@ -248,7 +248,7 @@ static VolStatus make(Job *job, unsigned parts, bool tables_wanted, VolPreintOpt
         build.step *= job->grid->voxel;
     if (job->grid && build.octaves) { /* the step may be the transfer function's own */
         VolTf tf;
-        VolBytes text = {(unsigned char *)job->json, strlen(job->json), false};
+        VolBytes text = {(unsigned char *)job->json, strlen(job->json)};
         VolStatus status = vol_tf_parse(&text, name, &tf, NULL, err);
         if (status)
             return status;

@@ -156,10 +156,7 @@ VolStatus vol_fail_memory(VolError *err, size_t bytes)
 
 void vol_bytes_free(VolBytes *bytes)
 {
-    if (bytes->mapped)
-        munmap(bytes->data, bytes->size);
-    else
-        free(bytes->data);
+    free(bytes->data);
     *bytes = (VolBytes){0};
 }
 

@@ -28,16 +28,15 @@ void vol_pages_free(VolPages *pages);
 /* "out of memory" as a status, for the many places that need just this. */
 VolStatus vol_fail_memory(VolError *err, size_t bytes);
 
-/* A block of bytes that is either allocated or a mapped file. */
+/* An allocated block of bytes, such as a file's. */
 typedef struct VolBytes {
     unsigned char *data;
     size_t size;
-    bool mapped;
 } VolBytes;
 
 void vol_bytes_free(VolBytes *bytes);
 
-/* Of an allocated block, the whole pages between the bytes `begin` and `end` take no more memory: they are zeros now. */
+/* The whole pages between the bytes `begin` and `end` take no more memory: they are zeros now. */
 void vol_bytes_forget(const VolBytes *bytes, size_t begin, size_t end);
 
 /* Appends to an allocated block that grows by doubling; `capacity` is the caller's. */

@@ -175,7 +175,7 @@ static VolStatus join_slices(const DicomSlice *slices, size_t count, const char 
             values[i * per_slice + n] = slices[i].slope * stored_value(&slices[i], n) + slices[i].intercept;
     const uint16_t one = 1;
     out->big_endian = *(const unsigned char *)&one == 0;
-    out->bytes = (VolBytes){(unsigned char *)values, count * per_slice * sizeof *values, false};
+    out->bytes = (VolBytes){(unsigned char *)values, count * per_slice * sizeof *values};
     return vol_sampled_check(out, name, true, err);
 }
 

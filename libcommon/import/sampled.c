@@ -138,7 +138,7 @@ VolStatus vol_sampled_from_text(VolSampled *image, const char *name, VolError *e
     }
     vol_bytes_free(&image->bytes);
     const uint16_t one = 1;
-    image->bytes = (VolBytes){(unsigned char *)values, count * sizeof *values, false};
+    image->bytes = (VolBytes){(unsigned char *)values, count * sizeof *values};
     image->offset = 0;
     image->big_endian = *(const unsigned char *)&one == 0;
     image->float_holds = vol_sample_size(image->type) <= 2 || image->type == VOL_SAMPLE_F32;

@@ -109,7 +109,7 @@ VolStatus vol_read_slices(const VolSource *source, const char *const *names, siz
     if (status)
         free(data);
     else
-        *out = (VolBytes){data, total, false};
+        *out = (VolBytes){data, total};
     return status;
 }
 

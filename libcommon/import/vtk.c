@@ -31,7 +31,7 @@ static VolStatus check_kind(const VolSource *source, bool xml, VolError *err)
     const unsigned char *at =
         xml ? find_text(source->bytes, "<VTKFile", 4096) : find_text(source->bytes, "DATASET", 65536);
     if (at && xml) {
-        VolBytes rest = {(unsigned char *)(uintptr_t)at, (size_t)(end - at), false};
+        VolBytes rest = {(unsigned char *)(uintptr_t)at, (size_t)(end - at)};
         at = find_text(&rest, "type=", 1024);
     }
     char kind[32] = "";
@@ -88,7 +88,7 @@ VolStatus vol_read_vtk(const VolSource *source, bool xml, VolSampled *out, VolEr
     out->times = image.times;
     vol_sampled_order(out);
     out->time_stride = 0; /* the adapter has read the step that was asked for */
-    out->bytes = (VolBytes){image.data, image.size, false};
+    out->bytes = (VolBytes){image.data, image.size};
     if (!vol_sample_named(image.sample, &out->type))
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': samples '%s' are not known", source->name,
                         image.sample);

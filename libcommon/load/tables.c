@@ -88,7 +88,7 @@ VolStatus vol_tables_build(const char *json, const char *name, VolPreintOptions 
     VolTables *tables = *out = vol_alloc_zero(1, sizeof *tables);
     if (!tables)
         return vol_fail_memory(err, sizeof *tables);
-    VolBytes bytes = {(unsigned char *)(uintptr_t)json, strlen(json), false}; /* not written to */
+    VolBytes bytes = {(unsigned char *)(uintptr_t)json, strlen(json)}; /* not written to */
     tables->json = vol_copy_text(json);
     VolStatus status = tables->json ? vol_tf_parse(&bytes, name, &tables->tf, log, err)
                                     : vol_fail_memory(err, strlen(json) + 1);

@@ -213,7 +213,7 @@ VolStatus vol_tables_from_image(const VolImage *image, const char *name, const V
     VolTables *tables = vol_alloc_zero(1, sizeof *tables);
     if (!tables)
         return vol_fail_memory(err, sizeof *tables);
-    VolBytes bytes = {(unsigned char *)(uintptr_t)json, strlen(json), false}; /* not written to */
+    VolBytes bytes = {(unsigned char *)(uintptr_t)json, strlen(json)}; /* not written to */
     tables->json = vol_copy_text(json);
     VolStatus status = tables->json ? vol_tf_parse(&bytes, name, &tables->tf, log, err)
                                     : vol_fail_memory(err, strlen(json) + 1);
@@ -242,7 +242,7 @@ static VolStatus read_tables_file(const VolBytes *bytes, const char *name, const
     vol_image_free(&image);
     if (status)
         return status;
-    VolBytes json = {(unsigned char *)(*tables)->json, strlen((*tables)->json), false};
+    VolBytes json = {(unsigned char *)(*tables)->json, strlen((*tables)->json)};
     status = vol_tf_parse(&json, name, tf, NULL, err); /* the caller's own copy, to change steps in */
     if (status) {
         vol_tables_free(*tables);

@@ -222,7 +222,7 @@ __attribute__((unused)) static void random_tf(Random *r, int flags, int exponent
 static inline void scene_look(RandomScene *s, const char *text, const VolPreintOptions *options)
 {
     VolError err;
-    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text), false};
+    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text)};
     VolPreintOptions wanted = *options;
     VolStatus status = vol_tf_parse(&bytes, "test", &s->tf, NULL, &err);
     if (!status)

@@ -163,7 +163,7 @@ static VolStatus read_sample(const unsigned char *data, size_t size, VolImage *o
 {
     unsigned char *copy = malloc(size); /* so that a read past the end is seen */
     memcpy(copy, data, size);
-    VolStatus status = vol_exr_read(&(VolBytes){copy, size, false}, "sample", out, &err);
+    VolStatus status = vol_exr_read(&(VolBytes){copy, size}, "sample", out, &err);
     free(copy);
     return status;
 }
@@ -324,7 +324,7 @@ static void test_bombs(void)
         CHECK(at != NULL);
         if (at)
             memcpy(at + sizeof name, claims[i], sizeof claims[i]);
-        VolBytes bomb = {copy, bytes.size, false};
+        VolBytes bomb = {copy, bytes.size};
         CHECK(vol_exr_read(&bomb, "bomb", &again, &err) == VOL_BAD_INPUT);
         CHECK(strstr(err.text, "damaged EXR 'bomb'"));
         free(copy);
@@ -342,7 +342,7 @@ static void test_named_damage(void)
     add_channel(&image.parts[0], "Y", VOL_PIXEL_FLOAT, 1);
     VolBytes bytes;
     CHECK(!vol_exr_write(&image, VOL_EXR_ZIP, 1, &bytes, NULL, &err));
-    CHECK(vol_exr_read(&(VolBytes){bytes.data, bytes.size - 10, false}, "a.exr", &again, &err) == VOL_BAD_INPUT);
+    CHECK(vol_exr_read(&(VolBytes){bytes.data, bytes.size - 10}, "a.exr", &again, &err) == VOL_BAD_INPUT);
     CHECK(strstr(err.text, "damaged EXR 'a.exr': part 0, scan line 32"));
     memset(bytes.data + bytes.size - 40, 0x55, 40);
     CHECK(vol_exr_read(&bytes, "a.exr", &again, &err) == VOL_BAD_INPUT);
@@ -383,7 +383,7 @@ static void test_required_attributes(void)
 static void test_header_only(void)
 {
     VolImage image;
-    CHECK(!vol_exr_read_header(&(VolBytes){(unsigned char *)(uintptr_t)sample_pxr24, sizeof sample_pxr24, false}, "x",
+    CHECK(!vol_exr_read_header(&(VolBytes){(unsigned char *)(uintptr_t)sample_pxr24, sizeof sample_pxr24}, "x",
                                &image, &err));
     CHECK(image.parts[0].channel_count == 3 && image.parts[0].channels[0].data == NULL);
     vol_image_free(&image);

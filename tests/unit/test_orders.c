@@ -42,7 +42,7 @@ static void make_cell(Random *r, const char *lists, OneCell *cell)
     char text[1024];
     snprintf(text, sizeof text, "{\"pellucid\": \"transfer-function/1\", \"interpolate\": \"extinction\", \"model\": "
                                 "\"unshaded\", \"scalar_step\": 0.2, %s}", lists);
-    VolBytes bytes = {(unsigned char *)text, strlen(text), false};
+    VolBytes bytes = {(unsigned char *)text, strlen(text)};
     memset(cell, 0, sizeof *cell);
     cell->grid = cell_grid(r);
     if (vol_tf_parse(&bytes, "test", &cell->tf, NULL, NULL) || vol_tf_compile(&cell->tf, NULL, &cell->compiled, NULL) ||

@@ -56,7 +56,7 @@ static VolStatus read_as(const void *data, size_t size, VolPixelsUse use, VolPix
 {
     unsigned char *copy = malloc(size ? size : 1);
     memcpy(copy, data, size);
-    VolStatus status = vol_pixels_read(&(VolBytes){copy, size, false}, "picture", use, &ears, out, &err);
+    VolStatus status = vol_pixels_read(&(VolBytes){copy, size}, "picture", use, &ears, out, &err);
     free(copy);
     return status;
 }

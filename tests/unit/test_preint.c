@@ -24,7 +24,7 @@ static VolTfCompiled compile(const char *text)
     VolTf tf;
     VolTfCompiled compiled = {0};
     VolError err = {{0}};
-    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text), false};
+    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text)};
     VolStatus status = vol_tf_parse(&bytes, "test", &tf, NULL, &err);
     if (!status) {
         status = vol_tf_compile(&tf, NULL, &compiled, &err);

@@ -31,7 +31,7 @@ static VolTfCompiled compiled_from(const char *text)
 {
     VolTf tf;
     VolTfCompiled compiled;
-    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text), false};
+    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text)};
     if (vol_tf_parse(&bytes, "random", &tf, NULL, NULL) || vol_tf_compile(&tf, NULL, &compiled, NULL))
         abort();
     vol_tf_free(&tf);

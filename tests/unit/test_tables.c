@@ -219,7 +219,7 @@ static void test_loading_any_kind(void)
     vol_bytes_free(&bytes);
     vol_image_free(&image);
     vol_tables_free(tables);
-    VolBytes text = {(unsigned char *)(uintptr_t)json, sizeof json - 1, false};
+    VolBytes text = {(unsigned char *)(uintptr_t)json, sizeof json - 1};
     CHECK(vol_load_transfer_function(&text, "t.json", NULL, NULL, &tf, &units, &back, &err) == VOL_OK && !back);
     vol_tf_free(&tf);
 }
@@ -237,12 +237,12 @@ static void test_writing_json(void)
         "\"phase\": {\"hg\": -0.3}, "
         "\"isosurfaces\": [{\"value\": 1, \"opacity\": 0.1, \"color\": [1, 0, 0.3333333333333333]}]}"};
     for (int k = 0; k < 4; k++) {
-        VolBytes bytes = {(unsigned char *)(uintptr_t)texts[k], strlen(texts[k]), false};
+        VolBytes bytes = {(unsigned char *)(uintptr_t)texts[k], strlen(texts[k])};
         VolTf tf, again;
         VolError err = {{0}};
         char *first = NULL, *second = NULL;
         CHECK(vol_tf_parse(&bytes, "a", &tf, NULL, &err) == VOL_OK && vol_tf_write(&tf, &first, &err) == VOL_OK);
-        bytes = (VolBytes){(unsigned char *)first, strlen(first), false};
+        bytes = (VolBytes){(unsigned char *)first, strlen(first)};
         if (vol_tf_parse(&bytes, "b", &again, NULL, &err) || vol_tf_write(&again, &second, &err))
             FAIL("%s", err.text);
         CHECK_TEXT(second, first);

@@ -12,7 +12,7 @@
 /* A copy of exactly the size, so that reading beyond it is noticed. */
 static VolStatus read_bytes(const void *data, size_t size, const char *part, VolTf *tf, VolTfUnits *units, VolError *err)
 {
-    VolBytes bytes = {malloc(size ? size : 1), size, false};
+    VolBytes bytes = {malloc(size ? size : 1), size};
     memcpy(bytes.data, data, size);
     tf_said[0] = 0;
     VolStatus status = vol_tf_read(&bytes, "x", part, tf, units, &tf_log, err);

@@ -12,7 +12,7 @@ static VolBytes load(const char *name)
     const char *tests = getenv("TESTS");
     snprintf(path, sizeof path, "%s/data/vdb/%s", tests ? tests : "tests", name);
     FILE *file = fopen(path, "rb");
-    VolBytes bytes = {malloc(1 << 20), 0, false};
+    VolBytes bytes = {malloc(1 << 20), 0};
     if (file) {
         bytes.size = fread(bytes.data, 1, 1 << 20, file);
         fclose(file);
@@ -993,7 +993,7 @@ static void test_damaged_containers(void)
     VolBytes good = finish(writer);
     static const unsigned char zero[8], ones[8] = {255, 255, 255, 255, 255, 255, 255, 255}, big[8] = {0, 0, 0, 0x7f};
     /* 57 metadata count, 61 grids, 65 name, 76 type, 96 parent, 100 blob, 108 buffers, 116 end, 124 the blob */
-    expect_damage((VolBytes){malloc(1), 0, false}, "not a VDB 'f': it is empty");
+    expect_damage((VolBytes){malloc(1), 0}, "not a VDB 'f': it is empty");
     expect_damage(patched(&good, 0, "x", 1), "not a VDB 'f': it does not begin with a VDB's magic number");
     expect_damage(patched(&good, 8, "\xdd", 1), "byte 8: file version 221, can read 222 to 225");
     expect_damage(patched(&good, 20, "\2", 1), "byte 20: the flag for offsets is 2");
@@ -1008,7 +1008,7 @@ static void test_damaged_containers(void)
     expect_damage(patched(&good, 116, big, 8),
                   "byte 100, grid 'density': the grid ends at byte 2130706432, the file at byte ");
     expect_damage(patched(&good, 124, "\xff", 1), "byte 124, grid 'density': unknown compression 255");
-    VolBytes longer = {calloc(good.size + 3, 1), good.size + 3, false};
+    VolBytes longer = {calloc(good.size + 3, 1), good.size + 3};
     memcpy(longer.data, good.data, good.size);
     expect_damage(longer, ": 3 bytes behind the last grid");
     vol_bytes_free(&good);

@@ -25,7 +25,7 @@ __attribute__((unused)) static VolStatus tf_parse_bytes(const char *text, size_t
     char copy[1 << 16]; /* the library must not write into it, nor need a NUL */
     tf_said[0] = 0;
     memcpy(copy, text, size);
-    VolBytes bytes = {(unsigned char *)copy, size, false};
+    VolBytes bytes = {(unsigned char *)copy, size};
     return vol_tf_parse(&bytes, "look.json", tf, &tf_log, err);
 }
 

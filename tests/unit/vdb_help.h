@@ -20,7 +20,7 @@ static const VolAffine unit = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}};
 
 static VolBytes copy_of(const VolBytes *bytes, size_t size)
 {
-    VolBytes copy = {malloc(size ? size : 1), size, false};
+    VolBytes copy = {malloc(size ? size : 1), size};
     if (size)
         memcpy(copy.data, bytes->data, size);
     return copy;
