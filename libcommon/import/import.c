@@ -47,7 +47,7 @@ const char *vol_import_format(const VolBytes *bytes)
     unsigned char head[4096];
     VolBytes seen = *bytes;
     if (bytes->size >= 2 && bytes->data[0] == 0x1f && bytes->data[1] == 0x8b)
-        seen = (VolBytes){head, vol_gunzip_head(bytes, head, sizeof head), false};
+        seen = (VolBytes){head, vol_gunzip_head(bytes, head, sizeof head)};
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (seen.size && formats[i].is(&seen))
             return formats[i].name;

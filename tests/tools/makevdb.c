@@ -284,7 +284,7 @@ static void make_frustum(VolBytes *bytes)
     static const char kind[] = "\x13\0\0\0NonlinearFrustumMap";
     VolError err = {""};
     VolVdb *vdb = NULL;
-    VolBytes copy = {malloc(bytes->size), bytes->size, false};
+    VolBytes copy = {malloc(bytes->size), bytes->size};
     unsigned char *longer = malloc(bytes->size + MORE);
     if (!copy.data || !longer)
         die("out of memory");
@@ -305,7 +305,7 @@ static void make_frustum(VolBytes *bytes)
     vol_vdb_close(vdb);
     size_t size = bytes->size + MORE;
     vol_bytes_free(bytes);
-    *bytes = (VolBytes){longer, size, false};
+    *bytes = (VolBytes){longer, size};
 }
 
 int main(int argc, char **argv)

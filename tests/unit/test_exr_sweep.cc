@@ -275,7 +275,7 @@ bool is_dwa(const Kind &k)
 void check_file(const std::vector<Kind> &kinds)
 {
     std::vector<unsigned char> file = write_file(kinds);
-    VolBytes bytes = {file.data(), file.size(), false};
+    VolBytes bytes = {file.data(), file.size()};
     VolImage image;
     VolStatus status = vol_exr_read(&bytes, "x", &image, &err);
     bool dwa = false;
@@ -349,7 +349,7 @@ void test_damage(void)
                 bad[8 + random % (bad.size() - 8)] = static_cast<unsigned char>(random >> 24);
                 if (round % 8 == 7)
                     bad.resize(random % bad.size());
-                VolBytes bytes = {bad.data(), bad.size(), false};
+                VolBytes bytes = {bad.data(), bad.size()};
                 VolImage image;
                 VolStatus status = vol_exr_read(&bytes, "x", &image, &err);
                 CHECK(status == VOL_OK || status == VOL_BAD_INPUT);
@@ -374,7 +374,7 @@ void test_subsampled(void)
             Imf::MultiPartOutputFile file(out, &header, 1);
             write_part(file, 0, k, planes);
         }
-        VolBytes bytes = {out.bytes.data(), out.bytes.size(), false};
+        VolBytes bytes = {out.bytes.data(), out.bytes.size()};
         VolImage image;
         CHECK(vol_exr_read(&bytes, "x", &image, &err) == VOL_BAD_INPUT);
         CHECK(strstr(err.text, "channel 'B' of part 0 is subsampled (2x2)"));

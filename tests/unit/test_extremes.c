@@ -42,7 +42,7 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
     s->exponent = exponent;
     s->grid = random_grid(&r, flags, s);
     random_tf(&r, flags, exponent, job->text, sizeof job->text);
-    VolBytes bytes = {(unsigned char *)job->text, strlen(job->text), false};
+    VolBytes bytes = {(unsigned char *)job->text, strlen(job->text)};
     const VolLookSettings settings = {.full = estimator == VOL_ESTIMATE_FULL,
                                       .integrals = estimator == VOL_ESTIMATE_INTEGRALS, .step = 0.2,
                                       .nodes = 33, .threads = 1, .cpu = best_cpu};
