@@ -406,13 +406,12 @@ static inline void settle_end(const Samples *s, unsigned i, Place *place)
     for (int a = 0; a < 3; a++) {
         double x = fma(place->t, w->d[a], w->o[a] - place->origin[a]), near = 0x1p-48 * (fabs(w->o[a]) + fabs(x) + 8);
         double lo = grid->domain_min[a] - place->origin[a], hi = grid->domain_max[a] - place->origin[a];
+        bool far = lo < hi && hi >= 1 && hi <= VOL_BRICK_CELLS, first = lo >= 0 && lo < VOL_BRICK_CELLS;
         cell[a] = (place->offset / (a == 0 ? 81 : a == 1 ? 9 : 1)) % 9;
-        if (lo < hi && (real)x == (real)hi)
-            x = hi;
-        if (lo < hi && fabs(x - hi) <= near) {
+        if (far && (fabs(x - hi) <= near || (real)x == (real)hi)) {
             cell[a] = (int)hi - 1;
             place->f[a] = 1;
-        } else if (fabs(x - lo) <= near || (real)x == (real)lo) {
+        } else if (first && (fabs(x - lo) <= near || (real)x == (real)lo)) {
             cell[a] = (int)lo;
             place->f[a] = 0;
         }
