@@ -59,10 +59,12 @@ static void enter_brick(Cells *k, unsigned i, unsigned terms)
     for (int a = 0; a < 3; a++) {
         real d = l->d[a][i], e = real_clamp((real)span->e[a], 0, VOL_BRICK_CELLS);
         real at = d < 0 ? real_ceil(e) - 1 : real_floor(e);
-        at = real_min(real_max(at, 0), VOL_BRICK_CELLS - 1);
+        real last = last_cell(l->scene->grid, a, span->origin[a], d);
+        /* A ray that enters where the domain ends but for rounding is in its last cell, not beyond it. */
+        at = real_min(real_max(at, d < 0 ? last : 0), d > 0 ? last : VOL_BRICK_CELLS - 1);
         k->e[a][i] = e;
         k->at[a][i] = at;
-        k->last[a][i] = last_cell(l->scene->grid, a, span->origin[a], d);
+        k->last[a][i] = last;
         k->next[a][i] = l->single[i] ? INFINITY : next_face(at, k->last[a][i], e, d, l->inv[a][i]);
         k->entered[a][i] = 0;
         k->exit_axes[a][i] = -(lane_int)(span->exit_axes >> a & 1);

@@ -10,6 +10,10 @@
  * what float makes of the brick.  Where it is above LIMIT, rays that come there are traced in double: all of each such ray,
  * so that its result depends on the ray alone.
  *
+ * Intervals that are only a few units in the last place of v wide count together instead: rounding shifts each of their
+ * ends for itself, and what it takes from one it does not give to the next, so that the errors of a narrow spike of many
+ * intervals add up.
+ *
  * Jumps do not count, neither do isosurfaces: their places are off by what v is, in either precision, and which surfaces
  * are met is judged by comparisons that do not round. */
 #include "render/conditioning.h"
@@ -27,11 +31,13 @@
 #define LEAST_SAFE 0x1p-40
 #define MOST_SAFE 0x1p40
 
+#define NARROW 0x1p-16 /* of an end's magnitude */
+
 enum { MOST_LEVELS = 24 };
 
-/* The greatest sensitivity of any run of 2^level intervals, from each on. */
+/* The greatest sensitivity of any run of 2^level intervals, from each on; and the sum of the narrow ones before each. */
 typedef struct Sensitivities {
-    double *level[MOST_LEVELS];
+    double *level[MOST_LEVELS], *narrow;
     size_t count;
     int levels;
 } Sensitivities;
@@ -48,26 +54,34 @@ static double change_of_transmittance(double a, double b, double h)
 static double surface_depth(const VolTfInterval *in)
 {
     double width = in->v1 - in->v0;
-    if (!in->has_surface)
-        return 0;
-    return isfinite(width) ? 0.5 * width * (at_end(&in->surface, 0) + at_end(&in->surface, width)) : INFINITY;
+    return in->has_surface ? 0.5 * width * (at_end(&in->surface, 0) + at_end(&in->surface, width)) : 0;
 }
 
-static double surface_sensitivity(const VolTfCompiled *tf, size_t j)
+/* Of a surface seen through an optical depth whose transmittance is `through`. */
+static double surface_sensitivity(const VolTfInterval *in, double through)
 {
-    const VolTfInterval *in = &tf->intervals[j];
-    double width = in->v1 - in->v0, through = 0;
+    double width = in->v1 - in->v0;
     if (!in->has_surface)
         return 0;
-    if (j > 0)
-        through = vol_exp(-surface_depth(in - 1));
-    if (j < tf->knot_count)
-        through = fmax(through, vol_exp(-surface_depth(in + 1)));
     double dense = at_end(&in->surface, 0);
     if (!isfinite(width))
-        return through * dense;
+        return through * 2 * dense;
     dense = fmax(dense, at_end(&in->surface, width));
     return through * fmin(dense, -vol_expm1(-surface_depth(in)) / width);
+}
+
+/* Rays begin in unbounded intervals. */
+static double seen_through(const VolTfInterval *in) { return isfinite(in->v1 - in->v0) ? vol_exp(-surface_depth(in)) : 1; }
+
+static double hidden_surface_sensitivity(const VolTfCompiled *tf, size_t j)
+{
+    const VolTfInterval *in = &tf->intervals[j];
+    double through = 0;
+    if (j > 0)
+        through = seen_through(in - 1);
+    if (j < tf->knot_count)
+        through = fmax(through, seen_through(in + 1));
+    return surface_sensitivity(in, through);
 }
 
 static double particle_sensitivity(const VolTfInterval *in, double h)
@@ -85,9 +99,23 @@ static double particle_sensitivity(const VolTfInterval *in, double h)
     return change / width;
 }
 
+static double narrow_sensitivity(const VolTfCompiled *tf, size_t j)
+{
+    const VolTfInterval *in = &tf->intervals[j];
+    double width = in->v1 - in->v0;
+    if (!in->has_surface || !(width < NARROW * fmax(fabs(in->v0), fabs(in->v1))))
+        return 0;
+    return fmax(at_end(&in->surface, 0), at_end(&in->surface, width));
+}
+
 static VolStatus measure(const VolTfCompiled *tf, double h, Sensitivities *out, VolError *err)
 {
     *out = (Sensitivities){.count = tf->knot_count + 1};
+    out->narrow = vol_alloc_zero(out->count + 1, sizeof *out->narrow);
+    if (!out->narrow)
+        return vol_fail_memory(err, out->count * sizeof *out->narrow);
+    for (size_t j = 0; j < out->count; j++)
+        out->narrow[j + 1] = out->narrow[j] + narrow_sensitivity(tf, j);
     for (size_t span = 1; span <= out->count && out->levels < MOST_LEVELS; span *= 2) {
         double *here = out->level[out->levels] = vol_alloc(out->count, sizeof *here);
         if (!here)
@@ -96,7 +124,7 @@ static VolStatus measure(const VolTfCompiled *tf, double h, Sensitivities *out, 
         for (size_t j = 0; j < out->count; j++) {
             size_t other = j + span / 2 < out->count ? j + span / 2 : j;
             here[j] = below ? fmax(below[j], below[other])
-                            : particle_sensitivity(&tf->intervals[j], h) + surface_sensitivity(tf, j);
+                            : particle_sensitivity(&tf->intervals[j], h) + hidden_surface_sensitivity(tf, j);
         }
         out->levels++;
     }
@@ -107,6 +135,7 @@ static void sensitivities_free(Sensitivities *s)
 {
     for (int n = 0; n < s->levels; n++)
         free(s->level[n]);
+    free(s->narrow);
 }
 
 static double greatest_between(const Sensitivities *s, size_t first, size_t last)
@@ -124,7 +153,10 @@ static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, co
     if (largest > MOST_SAFE)
         return true;
     size_t first = vol_tf_interval(scene->tf, brick->lo), last = vol_tf_interval(scene->tf, brick->hi);
-    double effect = greatest_between(s, first, last) * largest;
+    double greatest = fmax(greatest_between(s, first, last), s->narrow[last + 1] - s->narrow[first]);
+    if (first == last) /* rays begin in it */
+        greatest = fmax(greatest, surface_sensitivity(&scene->tf->intervals[first], 1));
+    double effect = greatest * largest;
     return effect * UNIT_ROUNDOFF > LIMIT || (largest < LEAST_SAFE && effect > LIMIT);
 }
 

@@ -214,16 +214,18 @@ ALWAYS_INLINE void end_dark(Cells *k, ints mask, unsigned terms)
 ALWAYS_INLINE void add_light_of(Cells *k, const Piece *p, const PieceLight *sum, ints mask, unsigned terms)
 {
     reals zero = reals_all(0), through[3];
+    ints first = terms & TERM_COLOURED ? mask & channel_is_lit(k, 0) : mask;
     for (int c = 0; c < channels_of(terms); c++)
         through[c] = reals_exp(-k->depth_so_far[c]);
     for (int c = 0; c < 3; c++) {
         reals T = through[terms & TERM_COLOURED ? c : 0];
-        reals scatter = reals_where(mask, T * (p->length * sum->scatter[c])), all = scatter;
+        ints seen = terms & TERM_COLOURED ? mask & channel_is_lit(k, c) : mask;
+        reals scatter = reals_where(seen, T * (p->length * sum->scatter[c])), all = scatter;
         reals emit = zero, surface = zero;
         if (terms & TERM_EMIT)
-            all += emit = reals_where(mask, T * (p->length * sum->emit[c]));
+            all += emit = reals_where(seen, T * (p->length * sum->emit[c]));
         if (terms & TERM_SURFACE)
-            all += surface = reals_where(mask, T * sum->surface[c]);
+            all += surface = reals_where(seen, T * sum->surface[c]);
         doubles_add(&k->sums.color[c], all);
         if (terms & TERM_EXTRA) {
             doubles_add(&k->sums.scatter[c], scatter);
@@ -231,7 +233,7 @@ ALWAYS_INLINE void add_light_of(Cells *k, const Piece *p, const PieceLight *sum,
             doubles_add(&k->sums.surface[c], surface);
         }
         if (terms & TERM_EXTRA && terms & TERM_SHADED)
-            doubles_add(&k->sums.normal[c], reals_where(mask, through[0] * sum->normal[c]));
+            doubles_add(&k->sums.normal[c], reals_where(first, through[0] * sum->normal[c]));
     }
 }
 
@@ -257,7 +259,7 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned terms)
         end = reals_select(surfaces, end_of_gentle_turn(k, surfaces), end);
     }
     cut_piece(k, &in, terms, end, &p);
-    reals tau = depth_of(&p, terms);
+    reals tau = depth_of(k, &p, terms);
     ints dense = seen & (ints)(tau > 1);
     while (any(dense)) {
         /* First by the mean extinction, then by halves: extinction may grow along the way. */
@@ -267,7 +269,7 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned terms)
             break;
         end = reals_select(dense, next, end);
         cut_piece(k, &in, terms, end, &p);
-        tau = depth_of(&p, terms);
+        tau = depth_of(k, &p, terms);
         dense &= (ints)(tau > 1);
     }
     const unsigned plain = terms & ~(unsigned)(TERM_SHADED | TERM_CLASSIC | TERM_SURFACE);

@@ -192,6 +192,16 @@ ALWAYS_INLINE ints bends(const reals a[3], const reals m[3], const reals b[3])
     return (ints)(dot3(second, second) > (real)0.1 * dot3(m, m));
 }
 
+/* Whether it grows or shrinks so much, and not along itself alone, that the normal does most of its turning next to
+ * the shorter end.  For a + b s it has poles at |s| = |a| / |b|: a piece up to 4 times that long is resolved (rho = 2.6),
+ * and an angle of half a degree matters to nobody. */
+ALWAYS_INLINE ints turns_at_an_end(const reals a[3], const reals b[3])
+{
+    reals aa = dot3(a, a), bb = dot3(b, b), ab = dot3(a, b);
+    ints uneven = (ints)(aa > 25 * bb) | (ints)(bb > 25 * aa);
+    return uneven & (ints)(ab * ab < (real)0.9999 * aa * bb);
+}
+
 /* Where the gradient's product with `to` is 0 between sa and sb, else sb; what is 0 but for rounding has no side. */
 static inline reals side_limit(const Cells *k, const reals to[3], reals sa, reals sb, ints mask)
 {
@@ -260,7 +270,7 @@ static reals turn_limit(const Cells *k, reals sa, reals sb, ints mask)
         reals half = (real)0.5 * (sa + sb);
         mask &= (ints)(half > sa) & (ints)(half < sb);
         gradients_at(k, half, middle);
-        mask &= turns(first, middle) | turns(middle, last) | bends(first, middle, last);
+        mask &= turns(first, middle) | turns(middle, last) | bends(first, middle, last) | turns_at_an_end(first, last);
         if (!any(mask))
             break;
         sb = reals_select(mask, half, sb);
@@ -288,7 +298,7 @@ typedef struct Piece {
     reals length, sa, ds; /* world units; s = sa + ds u */
     reals g1[3], g2[3], g3[3], g4[3];
     reals surface0, surface1;
-    reals scatter0, emit0[3]; /* at u = 0; may be below 0 there */
+    reals scatter0, emit0[3]; /* at u = 0 */
 } Piece;
 
 /* From u to `end` of the stretch. */
@@ -310,9 +320,10 @@ ALWAYS_INLINE void cut_piece(const Cells *k, const Optic *in, unsigned terms, re
         p->g3[c] = slope * ((real)(1.0 / 3.0) * p->x2);
         p->g4[c] = slope * ((real)0.25 * p->x3);
     }
-    p->scatter0 = reals_line(in->scatter[0], in->scatter[1], p->x0);
+    /* Not below 0, as extinction is not: else what rounds below it would darken the piece and send no light. */
+    p->scatter0 = reals_max(reals_line(in->scatter[0], in->scatter[1], p->x0), reals_all(0));
     for (int c = 0; c < 3 && terms & TERM_EMIT; c++)
-        p->emit0[c] = reals_line(in->emit[c][0], in->emit[c][1], p->x0);
+        p->emit0[c] = reals_max(reals_line(in->emit[c][0], in->emit[c][1], p->x0), reals_all(0));
     if (terms & TERM_SURFACE) {
         p->surface0 = reals_line(in->surface[0], in->surface[1], p->x0);
         p->surface1 = (real)0.5 * in->surface[1];
@@ -343,12 +354,22 @@ ALWAYS_INLINE reals depth_to(const Piece *p, unsigned terms, int c, reals u)
     return reals_max(tau, reals_all(0));
 }
 
-/* The densest channel's. */
-ALWAYS_INLINE reals depth_of(const Piece *p, unsigned terms)
+/* Whether anything can still be seen through channel c.  What lies behind one that is dark is left out as it is behind a ray
+ * that has ended, by the same bound. */
+ALWAYS_INLINE ints channel_is_lit(const Cells *k, int c)
+{
+    return (ints)(k->depth_so_far[c] <= reals_min(k->lanes.tau_stop, reals_all(700)));
+}
+
+/* The densest channel's.  One that is dark does not count: a thousand pieces of depth 1 of it may have to pass before the
+ * others are, or more than can ever be counted. */
+ALWAYS_INLINE reals depth_of(const Cells *k, const Piece *p, unsigned terms)
 {
     reals tau = depth_to(p, terms, 0, reals_all(1));
+    if (terms & TERM_COLOURED)
+        tau = reals_where(channel_is_lit(k, 0), tau);
     for (int c = 1; c < channels_of(terms); c++)
-        tau = reals_max(tau, depth_to(p, terms, c, reals_all(1)));
+        tau = reals_max(tau, reals_where(channel_is_lit(k, c), depth_to(p, terms, c, reals_all(1))));
     return tau;
 }
 
@@ -395,11 +416,22 @@ ALWAYS_INLINE void add_node(const Cells *k, const Optic *in, const Piece *p, uns
     }
 }
 
-/* The light that pieces send. */
+/* (1 - exp(-tau)) / tau, tau >= 0. */
+ALWAYS_INLINE reals mean_through(reals tau)
+{
+    reals thin = reals_fma(tau, reals_fma(tau, reals_all((real)(1.0 / 6)), reals_all((real)-0.5)), reals_all(1));
+    return reals_select((ints)(tau > (real)0x1p-7), (1 - reals_exp(-tau)) / tau, thin);
+}
+
+/* The light that pieces send.  The `dense` ones are too short to be cut further: all of such a piece is seen alike, through
+ * its mean transmittance, since it may be so dense that no node is seen through what is before it. */
 ALWAYS_INLINE void piece_light(const Cells *k, const Optic *in, const Piece *p, ints dense, unsigned terms, PieceLight *sum)
 {
     *sum = (PieceLight){0};
     bool any_dense = any(dense);
+    reals alike[3] = {0};
+    for (int c = 0; c < channels_of(terms) && any_dense; c++)
+        alike[c] = mean_through(depth_to(p, terms, c, reals_all(1)));
     Shading sh[GAUSS];
     reals s[GAUSS];
     for (int n = 0; n < GAUSS; n++)
@@ -415,8 +447,8 @@ ALWAYS_INLINE void piece_light(const Cells *k, const Optic *in, const Piece *p, 
             if (terms & TERM_SURFACE)
                 depth += surface;
             through[c] = reals_exp_short(depth);
-            if (any_dense) /* pieces too short to be cut */
-                through[c] = reals_select(dense, reals_exp(-depth), through[c]);
+            if (any_dense)
+                through[c] = reals_select(dense, alike[c], through[c]);
             through[c] *= gauss_w[n];
         }
         add_node(k, in, p, terms, &sh[n], gauss_x[n], X, through, sum);

@@ -162,6 +162,16 @@ static inline void walk_entry(const Walk *w, BrickSpan *span)
     }
 }
 
+/* Whether t is where the ray leaves the domain across axis a, through a face of cells (not in the middle of the only voxel
+ * along that axis). */
+static inline bool ends_on_face(const Walk *w, int a, double t)
+{
+    const VolGrid *grid = w->scene->grid;
+    double face = w->d[a] > 0 ? grid->domain_max[a] : grid->domain_min[a];
+    return w->d[a] != 0 && grid->domain_min[a] + 1 <= grid->domain_max[a] && face == floor(face) &&
+           (face - w->o[a]) * w->inv[a] == t;
+}
+
 /* `ahead`: where the planes are that the stretch may end at. */
 static inline void walk_span(const Walk *w, uint32_t brick, double exit, const double ahead[3], bool entry, BrickSpan *span)
 {
@@ -175,7 +185,7 @@ static inline void walk_span(const Walk *w, uint32_t brick, double exit, const d
     if (!entry)
         return;
     for (int a = 0; a < 3; a++)
-        span->exit_axes |= (unsigned)(ahead[a] == exit) << a;
+        span->exit_axes |= (unsigned)(ahead[a] == exit || ends_on_face(w, a, exit)) << a;
     walk_entry(w, span);
 }
 

@@ -111,8 +111,8 @@ typedef struct VolTfCompiled {
 VolStatus vol_tf_compile(const VolTf *tf, const VolLog *log, VolTfCompiled *out, VolError *err);
 void vol_tf_compiled_free(VolTfCompiled *compiled);
 
-/* Keeps depths within what kernels can count with: what particles do to 1e30 per voxel edge `voxel` (world units; less where
- * values differ by more than 1), surface extinction to 1e30 per span of the knots. */
+/* Keeps depths within what kernels can count with: extinction of particles to 1e18 per voxel edge `voxel` (world units),
+ * emission to 1e30 (both less where values differ by more than 1), surface extinction to 1e18 per span of the knots. */
 void vol_tf_limit(VolTfCompiled *compiled, double voxel);
 
 /* For a field whose values are `scale` (a power of two) times what they were.  Tables and integrals of it: preint.h. */

@@ -56,21 +56,30 @@ void vol_preint_rescale(VolPreint *tables, double scale)
 
 /* ---- Limits ---- */
 
-/* Of a voxel, and of all surfaces together; and what floats bear, times the values that integrals run over. */
-#define MOST_DEPTH 1e30
+/* Optical depth of a voxel of particles, and of all surfaces together: 2^-53 of them is opaque, and what is seen lies no
+ * deeper.  More would have kernels count with lengths whose squares are no numbers any more. */
+#define MOST_DEPTH 1e18
+/* Emission, and what floats bear, times the values that integrals run over. */
+#define MOST_EMITTED 1e30
 #define MOST_NUMBER 1e36
 
-/* What all that a point's particles do is multiplied by, so that none of it is above `most`: what they look like where they
- * are opaque is what they scatter and emit in proportion to what they take away. */
-static double share(const VolTfInterval *in, double x, double most)
+/* What extinction and emission of an interval must not exceed. */
+typedef struct Limits {
+    double extinction, emission;
+} Limits;
+
+/* What all that a point's particles do is multiplied by, so that none of it is above its limit: what they look like where
+ * they are opaque is what they scatter and emit in proportion to what they take away. */
+static double share(const VolTfInterval *in, double x, Limits most)
 {
-    double scatter = in->scatter.a + in->scatter.b * x, largest = scatter;
+    double scatter = in->scatter.a + in->scatter.b * x, largest = scatter, emitted = 0;
     for (int c = 0; c < 3; c++) {
         largest = fmax(largest, scatter + in->absorb[c].a + in->absorb[c].b * x);
-        largest = fmax(largest, in->emit[c].a + in->emit[c].b * x);
         largest = fmax(largest, in->transport[c].a + in->transport[c].b * x);
+        emitted = fmax(emitted, in->emit[c].a + in->emit[c].b * x);
     }
-    return largest > most ? most / largest : 1;
+    double part = largest > most.extinction ? most.extinction / largest : 1;
+    return part * emitted > most.emission ? most.emission / emitted : part;
 }
 
 /* Times `first` at its beginning and `last` at its end. */
@@ -82,7 +91,7 @@ static void scale_line(VolLinear *line, double width, double first, double last)
         line->b = (end * last - line->a) / width;
 }
 
-static void limit_particles(VolTfInterval *in, double most)
+static void limit_particles(VolTfInterval *in, Limits most)
 {
     double width = in->v1 - in->v0;
     if (!(width > 0))
@@ -108,11 +117,14 @@ static void limit_surfaces(VolLinear *line, double width, double most)
 void vol_tf_limit(VolTfCompiled *tf, double voxel)
 {
     double span = tf->knot_count ? tf->knots[tf->knot_count - 1] - tf->knots[0] : 0;
-    double particles = fmin(MOST_DEPTH / voxel, MOST_NUMBER) / fmax(span, 1), surfaces = MOST_DEPTH / (span > 0 ? span : 1);
+    double extent = fmax(span, 1), surfaces = MOST_DEPTH / (span > 0 ? span : 1);
+    Limits particles = {fmin(MOST_DEPTH / voxel, MOST_NUMBER) / extent, fmin(MOST_EMITTED / voxel, MOST_NUMBER) / extent};
     for (size_t i = 0; i <= tf->knot_count; i++) {
         VolTfInterval *in = &tf->intervals[i];
-        limit_particles(in, particles);
-        limit_surfaces(&in->surface, in->v1 - in->v0, surfaces);
+        double width = in->v1 - in->v0, steepest = MOST_NUMBER * width; /* slopes are numbers too */
+        double per_length = steepest / fmax(voxel, 1);
+        limit_particles(in, (Limits){fmin(particles.extinction, per_length), fmin(particles.emission, per_length)});
+        limit_surfaces(&in->surface, width, fmin(surfaces, steepest));
     }
-    tf->max_emit = fmin(tf->max_emit, particles);
+    tf->max_emit = fmin(tf->max_emit, particles.emission);
 }
