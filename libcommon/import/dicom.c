@@ -180,7 +180,9 @@ VolStatus vol_read_dicom(VolBytes *bytes, const char *const *names, size_t count
     VolStatus status = files ? VOL_OK : vol_fail_memory(err, count * sizeof *files);
     for (size_t i = 0; !status && i < count; i++) {
         DicomFile *file = &files[*images];
-        status = vol_dicom_parse(&bytes[i], names[i], file, err);
+        status = vol_dicom_unpack(&bytes[i], names[i], err);
+        if (!status)
+            status = vol_dicom_parse(&bytes[i], names[i], file, err);
         if (status || file->rows > 0)
             ++*images;
         else

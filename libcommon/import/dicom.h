@@ -42,15 +42,15 @@ typedef struct DicomFile {
     size_t pixel_bytes;
 } DicomFile;
 
-/* Reads the data elements as far as the pixels. */
+/* Unpacks what follows the first group where that group says that it is deflated. */
+VolStatus vol_dicom_unpack(VolBytes *bytes, const char *name, VolError *err);
+
+/* Reads the data elements as far as the pixels; of bytes that are unpacked. */
 VolStatus vol_dicom_parse(const VolBytes *bytes, const char *name, DicomFile *out, VolError *err);
 void vol_dicom_free(DicomFile *file);
 
 /* Whether the pixels are uncompressed, grey, of a known size, all there, and slices. */
 VolStatus vol_dicom_check(const DicomFile *file, VolError *err);
-
-/* The syntax of files that are packed as a whole, behind the group that says so. */
-#define DICOM_DEFLATED "1.2.840.10008.1.2.1.99"
 
 typedef struct DicomSlice {
     const DicomFile *file;

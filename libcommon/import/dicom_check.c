@@ -39,12 +39,12 @@ static const Syntax syntaxes[] = {
     {"1.2.840.10008.1.2.7.", "SMPTE ST 2110", video},
     {"1.2.840.10008.1.2.8.", "deflated frames", "have them decompressed by a program that knows it"},
     {"1.2.840.10008.1.2.1.98", "encapsulated", "unpack the files with gdcmconv --raw first"},
-    {DICOM_DEFLATED, "deflated", "unpack the files with dcmconv first"},
 };
 
 static VolStatus check_syntax(const DicomFile *f, VolError *err)
 {
-    const char *const plain[] = {"1.2.840.10008.1.2", "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2"};
+    const char *const plain[] = {"1.2.840.10008.1.2", "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2",
+                                 "1.2.840.10008.1.2.1.99"}; /* the last: deflated, which is unpacked by now */
     for (size_t i = 0; i < sizeof plain / sizeof *plain; i++)
         if (strcmp(f->syntax, plain[i]) == 0) {
             if (!f->encapsulated)

@@ -413,6 +413,29 @@ static VolStatus read_file_meta(Cursor *c, DicomFile *out, VolError *err)
     return VOL_OK;
 }
 
+VolStatus vol_dicom_unpack(VolBytes *bytes, const char *name, VolError *err)
+{
+    Cursor c = {.data = bytes->data, .size = bytes->size, .at = 132, .name = name};
+    DicomFile file;
+    VolStatus status = read_file_meta(&c, &file, err);
+    if (status || strcmp(file.syntax, "1.2.840.10008.1.2.1.99") != 0)
+        return status;
+    VolBytes rest = {0};
+    status = vol_inflate(bytes->data + c.at, bytes->size - c.at, name, &rest, err);
+    unsigned char *whole = status ? NULL : vol_alloc(c.at + rest.size, 1);
+    if (!status && !whole)
+        status = vol_fail_memory(err, c.at + rest.size);
+    if (!status) {
+        memcpy(whole, bytes->data, c.at);
+        if (rest.size)
+            memcpy(whole + c.at, rest.data, rest.size);
+        vol_bytes_free(bytes);
+        *bytes = (VolBytes){whole, c.at + rest.size};
+    }
+    vol_bytes_free(&rest);
+    return status;
+}
+
 /* The pixels end the walk. */
 static VolStatus take_pixels(const Cursor *c, const Element *e, DicomFile *out, VolError *err)
 {
@@ -504,12 +527,9 @@ VolStatus vol_dicom_parse(const VolBytes *bytes, const char *name, DicomFile *ou
                        .common = {.slope = 1, .orientation = {1, 0, 0, 0, 1, 0}}};
     VolStatus status = read_file_meta(&c, out, err);
     out->big_endian = c.big;
-    bool packed = strcmp(out->syntax, DICOM_DEFLATED) == 0;
-    while (!status && !packed && c.at < c.size && !out->pixels)
+    while (!status && c.at < c.size && !out->pixels)
         status = read_element(&c, out, err);
-    if (packed)
-        out->rows = 1; /* so that it is not passed over as a report */
-    else if (!out->pixels)
+    if (!out->pixels)
         out->rows = 0;
     if (!status && out->rows && out->offsets && !out->each && out->frames > 1)
         status = place_offsets(out, err);
