@@ -12,7 +12,7 @@ typedef struct Options {
     int64_t time_step, header;
     VolVec3 spacing, origin;
     int endian, compression;
-    bool half;
+    bool half, fill_gaps;
 } Options;
 
 static Options options;
@@ -29,6 +29,8 @@ static const VolOpt table[] = {
      .help = "replace the lengths of the voxels' edges"},
     {.name = "origin", .kind = VOL_OPT_VEC3, .offset = AT(origin), .value_name = "X,Y,Z",
      .help = "replace the place of voxel 0,0,0"},
+    {.name = "fill-gaps", .kind = VOL_OPT_FLAG, .offset = AT(fill_gaps),
+     .help = "missing DICOM slices become NaN, which is empty"},
     {.name = "grid", .kind = VOL_OPT_TEXT, .offset = AT(grid), .value_name = "NAME", .fallback = "density",
      .help = "name of the grid"},
     {.name = "half", .kind = VOL_OPT_FLAG, .offset = AT(half), .help = "save as half precision (loses digits)"},
@@ -115,6 +117,7 @@ static VolStatus parse_options(const Run *run, VolImportOptions *out, VolError *
 {
     *out = (VolImportOptions){.array = options.array,
                               .time_step = options.time_step,
+                              .fill_gaps = options.fill_gaps,
                               .spacing_given = run_given(run, "spacing"),
                               .origin_given = run_given(run, "origin"),
                               .spacing = options.spacing,

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "import/dicom.h"
 
 bool vol_is_dicom(const VolBytes *bytes)
@@ -18,38 +19,18 @@ bool vol_is_dicom(const VolBytes *bytes)
     return bytes->size >= 132 && memcmp(bytes->data + 128, "DICM", 4) == 0;
 }
 
-typedef struct Series {
-    DicomSlice *slices; /* of the chosen series, sorted */
-    size_t count;
-} Series;
-
-static VolStatus same_shape(const DicomSlice *a, const DicomSlice *b, VolError *err)
-{
-    bool same = a->rows == b->rows && a->columns == b->columns && a->bits_allocated == b->bits_allocated &&
-                a->is_signed == b->is_signed && a->frames == b->frames;
-    for (int i = 0; same && i < 6; i++)
-        same = fabs(a->orientation[i] - b->orientation[i]) < 1e-4;
-    for (int i = 0; same && i < 2; i++)
-        same = fabs(a->spacing[i] - b->spacing[i]) <= 1e-4 * fabs(a->spacing[i]);
-    if (!same)
-        return vol_fail(err, VOL_BAD_INPUT,
-                        "cannot import '%s': its size, type, spacing or orientation is not that of '%s'", b->name,
-                        a->name);
-    return VOL_OK;
-}
-
 /* The series: the one that --array names (by UID, number or description), or the only one. */
-static VolStatus choose_series(DicomSlice *slices, size_t *count, const char *wanted, const char *name,
+static VolStatus choose_series(DicomFile *files, size_t *count, const char *wanted, const char *name,
                                VolError *err)
 {
-    const DicomSlice *chosen = NULL;
+    const DicomFile *chosen = NULL;
     char list[512] = "";
     size_t used = 0, series = 0;
     for (size_t i = 0; i < *count; i++) {
-        const DicomSlice *s = &slices[i];
+        const DicomFile *s = &files[i];
         bool seen = false;
         for (size_t k = 0; k < i && !seen; k++)
-            seen = strcmp(slices[k].series, s->series) == 0;
+            seen = strcmp(files[k].series, s->series) == 0;
         if (seen)
             continue;
         series++;
@@ -66,145 +47,155 @@ static VolStatus choose_series(DicomSlice *slices, size_t *count, const char *wa
     if (!wanted && series > 1)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %zu DICOM series, choose one by --array: %s",
                         name, series, list);
-    char uid[sizeof slices->series];
-    memcpy(uid, chosen ? chosen->series : slices->series, sizeof uid);
+    char uid[sizeof files->series];
+    memcpy(uid, chosen ? chosen->series : files->series, sizeof uid);
     size_t kept = 0;
     for (size_t i = 0; i < *count; i++)
-        if (strcmp(slices[i].series, uid) == 0)
-            slices[kept++] = slices[i];
+        if (strcmp(files[i].series, uid) == 0) {
+            DicomFile file = files[i]; /* the others are kept behind these, for their memory */
+            files[i] = files[kept];
+            files[kept++] = file;
+        }
     *count = kept;
     return VOL_OK;
 }
 
-static VolVec3 row_of(const DicomSlice *s)
-{
-    return vol_vec3(s->orientation[0], s->orientation[1], s->orientation[2]);
-}
-static VolVec3 column_of(const DicomSlice *s)
-{
-    return vol_vec3(s->orientation[3], s->orientation[4], s->orientation[5]);
-}
-static VolVec3 place_of(const DicomSlice *s) { return vol_vec3(s->position[0], s->position[1], s->position[2]); }
-
-static int by_depth(const void *a, const void *b)
-{
-    const DicomSlice *s = a, *t = b;
-    if (s->depth != t->depth)
-        return s->depth < t->depth ? -1 : 1;
-    return s->instance < t->instance ? -1 : s->instance > t->instance ? 1 : strcmp(s->name, t->name);
-}
-
-/* Along the normal where all slices have positions, else by their numbers. */
-static VolStatus sort_slices(DicomSlice *slices, size_t count, bool *placed, VolError *err)
-{
-    *placed = true;
-    VolStatus status = VOL_OK;
-    for (size_t i = 0; i < count; i++) {
-        *placed = *placed && slices[i].has_position;
-        status = status ? status : same_shape(&slices[0], &slices[i], err);
-    }
-    VolVec3 normal = vol_cross(row_of(&slices[0]), column_of(&slices[0]));
-    for (size_t i = 0; i < count; i++)
-        slices[i].depth = *placed ? vol_dot(place_of(&slices[i]), normal) : (double)slices[i].instance;
-    qsort(slices, count, sizeof *slices, by_depth);
-    for (size_t i = 1; !status && i < count; i++)
-        if (slices[i].depth == slices[i - 1].depth)
-            status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it has the same place as '%s'",
-                              slices[i].name, slices[i - 1].name);
-    return status;
-}
-
-static void fill_affine(const DicomSlice *slices, size_t count, bool placed, const VolLog *log, VolAffine *out)
-{
-    const DicomSlice *first = &slices[0], *last = &slices[count - 1];
-    VolVec3 i = vol_scale(row_of(first), first->spacing[1]), j = vol_scale(column_of(first), first->spacing[0]);
-    VolVec3 normal = vol_cross(row_of(first), column_of(first));
-    double gap = first->between > 0 ? first->between : first->thickness > 0 ? first->thickness : 0;
-    VolVec3 k = vol_scale(normal, gap), place = first->has_position ? place_of(first) : vol_vec3(0, 0, 0);
-    if (placed && count > 1) {
-        k = vol_scale(vol_sub(place_of(last), place_of(first)), 1.0 / (double)(count - 1));
-        double step = vol_length(k), worst = 0;
-        for (size_t n = 1; n < count; n++)
-            worst = fmax(worst, vol_length(vol_sub(place_of(&slices[n]), vol_along(place, (double)n, k))));
-        if (worst > 0.01 * step)
-            vol_warn(log,
-                     "DICOM series '%s': slices are not evenly spaced (up to %.3g of a step off); taken as even",
-                     first->series, worst / step);
-    }
-    const VolVec3 rows[4] = {i, j, k, place};
-    for (int a = 0; a < 4; a++) {
-        out->m[a][0] = rows[a].x;
-        out->m[a][1] = rows[a].y;
-        out->m[a][2] = rows[a].z;
-    }
-}
-
 /* One stored sample: BitsStored bits that end at HighBit, signed or not (PS3.5 8.1.1). */
-static double stored_value(const DicomSlice *s, uint64_t n)
+static double stored_value(const DicomFile *f, uint64_t n)
 {
-    const unsigned char *p = s->pixels + n * (size_t)(s->bits_allocated / 8);
-    uint32_t raw = s->bits_allocated == 8    ? *p
-                   : s->bits_allocated == 16 ? vol_get_u16(p, s->big_endian)
-                                             : vol_get_u32(p, s->big_endian);
-    raw = raw >> (s->high_bit + 1 - s->bits_stored);
-    if (s->bits_stored == 32)
-        return s->is_signed ? (double)(int32_t)raw : (double)raw;
-    uint32_t span = UINT32_C(1) << s->bits_stored;
+    if (f->sample == DICOM_FLOAT)
+        return (double)vol_get_f32(f->pixels + 4 * n, f->big_endian);
+    if (f->sample == DICOM_DOUBLE)
+        return vol_get_f64(f->pixels + 8 * n, f->big_endian);
+    if (f->bits_allocated == 1)
+        return f->pixels[n / 8] >> n % 8 & 1;
+    const unsigned char *p = f->pixels + (f->swapped ? n ^ 1 : n) * (size_t)(f->bits_allocated / 8);
+    uint32_t raw = f->bits_allocated == 8    ? *p
+                   : f->bits_allocated == 16 ? vol_get_u16(p, f->big_endian)
+                                             : vol_get_u32(p, f->big_endian);
+    raw = raw >> (f->high_bit + 1 - f->bits_stored);
+    if (f->bits_stored == 32)
+        return f->is_signed ? (double)(int32_t)raw : (double)raw;
+    uint32_t span = UINT32_C(1) << f->bits_stored;
     raw &= span - 1;
-    return s->is_signed && raw >= span / 2 ? (double)raw - (double)span : (double)raw;
+    return f->is_signed && raw >= span / 2 ? (double)raw - (double)span : (double)raw;
 }
 
-/* Values are rescaled slice by slice, since slope and intercept may differ between slices (PET). */
-static VolStatus join_slices(const DicomSlice *slices, size_t count, const char *name, VolSampled *out,
-                             VolError *err)
+/* Values are rescaled slice by slice, since slope and intercept may differ between slices (PET).  Where slices are
+ * missing there are NaNs. */
+static VolStatus join_slices(const DicomStack *stack, const char *name, VolSampled *out, VolError *err)
 {
-    const DicomSlice *first = &slices[0];
-    *out = (VolSampled){.type = VOL_SAMPLE_F64, .components = 1, .times = 1};
+    const DicomFile *first = stack->slices[0].file;
+    *out = (VolSampled){.type = VOL_SAMPLE_F64, .components = 1, .times = (int64_t)stack->times};
     out->dims[0] = first->columns;
     out->dims[1] = first->rows;
-    out->dims[2] = (int64_t)(count * first->frames);
-    out->float_holds = first->bits_stored <= 16;
+    out->dims[2] = stack->slots;
+    out->float_holds = first->sample == DICOM_INTEGER ? first->bits_stored <= 16 : first->sample == DICOM_FLOAT;
     vol_sampled_order(out);
 
-    size_t per_slice = (size_t)first->columns * first->rows * first->frames;
-    double *values = vol_alloc(count, per_slice * sizeof *values);
+    size_t area = (size_t)first->columns * first->rows, slots = (size_t)stack->slots * stack->times;
+    double bytes = (double)area * (double)slots * sizeof(double);
+    VolStatus status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, err) : VOL_OK;
+    if (status)
+        return vol_fail_within(err, status, "cannot import '%s'", name);
+    double *values = vol_alloc(slots, area * sizeof *values);
     if (!values)
-        return vol_fail_memory(err, count * per_slice * sizeof *values);
-    for (size_t i = 0; i < count; i++)
-        for (size_t n = 0; n < per_slice; n++)
-            values[i * per_slice + n] = slices[i].slope * stored_value(&slices[i], n) + slices[i].intercept;
+        return vol_fail_memory(err, slots * area * sizeof *values);
+    for (size_t n = 0; (size_t)stack->slots != stack->count && n < slots * area; n++)
+        values[n] = NAN;
+    for (size_t i = 0; i < stack->count * stack->times; i++) {
+        const DicomSlice *s = &stack->slices[i];
+        double *to = values + area * (i / stack->count * (size_t)stack->slots + (size_t)s->slot);
+        for (size_t n = 0; n < area; n++)
+            to[n] = s->place->slope * stored_value(s->file, area * s->frame + n) + s->place->intercept;
+    }
     const uint16_t one = 1;
     out->big_endian = *(const unsigned char *)&one == 0;
-    out->bytes = (VolBytes){(unsigned char *)values, count * per_slice * sizeof *values};
+    out->bytes = (VolBytes){(unsigned char *)values, slots * area * sizeof *values};
     return vol_sampled_check(out, name, true, err);
 }
 
+/* Every frame of every file is a slice. */
+static VolStatus list_slices(const DicomFile *files, size_t count, DicomStack *out, VolError *err)
+{
+    VolStatus status = VOL_OK;
+    size_t total = 0, n = 0;
+    for (size_t i = 0; !status && i < count; i++) {
+        status = vol_dicom_check(&files[i], err);
+        total += files[i].frames;
+    }
+    if (status)
+        return status;
+    out->slices = vol_alloc_zero(total, sizeof *out->slices);
+    if (!out->slices)
+        return vol_fail_memory(err, total * sizeof *out->slices);
+    for (size_t i = 0; i < count; i++)
+        for (uint32_t k = 0; k < files[i].frames; k++)
+            out->slices[n++] = (DicomSlice){.file = &files[i],
+                                            .place = files[i].each ? &files[i].each[k] : &files[i].common,
+                                            .frame = k};
+    out->count = total;
+    return VOL_OK;
+}
+
+/* What is right as it is, but may not be what it seems. */
+static void remark(const DicomStack *stack, const VolSource *source)
+{
+    const DicomFile *first = stack->slices[0].file;
+    if (stack->times > 1)
+        vol_note(source->log, "'%s': %zu time steps (see --time-step)", source->name, stack->times);
+    if (first->cine && first->frames > 1 && !stack->placed)
+        vol_warn(source->log, "'%s': its frames follow each other in time; taken as slices", source->name);
+    if (strcmp(first->photometric, "MONOCHROME1") == 0)
+        vol_note(source->log, "'%s': MONOCHROME1: the smallest values are meant to be the brightest", source->name);
+    if (first->real_world)
+        vol_note(source->log, "'%s': its real world value mapping is not applied", source->name);
+}
+
+static VolStatus read_series(DicomFile *files, size_t count, const VolSource *source, VolSampled *out,
+                             VolError *err)
+{
+    DicomStack stack = {0};
+    VolStatus status = choose_series(files, &count, source->options->array, source->name, err);
+    if (!status)
+        status = list_slices(files, count, &stack, err);
+    if (!status)
+        status = vol_dicom_order(&stack, source, err);
+    if (!status)
+        status = join_slices(&stack, source->name, out, err);
+    if (!status) {
+        vol_dicom_affine(&stack, source->log, &out->index_to_world);
+        remark(&stack, source);
+    }
+    free(stack.slices);
+    return status;
+}
+
 VolStatus vol_read_dicom(VolBytes *bytes, const char *const *names, size_t count, const VolSource *source,
-                         VolSampled *out, VolError *err)
+                         VolSampled *out, size_t *images, VolError *err)
 {
     *out = (VolSampled){0};
-    DicomSlice *slices = vol_alloc_zero(count, sizeof *slices);
-    VolStatus status = slices ? VOL_OK : vol_fail_memory(err, count * sizeof *slices);
-    size_t images = 0;
+    *images = 0;
+    DicomFile *files = vol_alloc_zero(count, sizeof *files);
+    VolStatus status = files ? VOL_OK : vol_fail_memory(err, count * sizeof *files);
     for (size_t i = 0; !status && i < count; i++) {
-        status = vol_dicom_parse(&bytes[i], names[i], &slices[images], err);
-        images += slices[images].rows > 0 ? 1 : 0; /* reports and directories have no pixels: passed over */
+        DicomFile *file = &files[*images];
+        status = vol_dicom_unpack(&bytes[i], names[i], err);
+        if (!status)
+            status = vol_dicom_parse(&bytes[i], names[i], file, err);
+        if (status || file->rows > 0)
+            ++*images;
+        else
+            vol_dicom_free(file); /* reports and directories have no pixels: passed over */
     }
-    if (!status && images == 0)
+    size_t parsed = *images;
+    if (!status && parsed == 0)
         status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': no DICOM file with an image", source->name);
     if (!status)
-        status = choose_series(slices, &images, source->options->array, source->name, err);
-    bool placed = false;
-    if (!status)
-        status = sort_slices(slices, images, &placed, err);
-    if (!status && images > 1 && slices[0].frames > 1)
-        status =
-            vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': several files of several frames each", source->name);
-    if (!status)
-        status = join_slices(slices, images, source->name, out, err);
-    if (!status)
-        fill_affine(slices, images, placed, source->log, &out->index_to_world);
-    free(slices);
+        status = read_series(files, parsed, source, out, err);
+    for (size_t i = 0; i < parsed; i++)
+        vol_dicom_free(&files[i]);
+    free(files);
     for (size_t i = 0; i < count; i++)
         vol_bytes_free(&bytes[i]);
     return status;

@@ -44,6 +44,20 @@ static VolStatus inflate_member(Inflater *inflater, const char *name, VolError *
     }
 }
 
+VolStatus vol_inflate(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err)
+{
+    Inflater inflater = {.z = {.zalloc = vol_zlib_alloc, .zfree = vol_zlib_free}, .data = data, .size = size};
+    if (inflateInit2(&inflater.z, -15) != Z_OK) /* no header, no checksum */
+        return vol_fail_memory(err, 1 << 16);
+    VolStatus status = inflate_member(&inflater, name, err);
+    inflateEnd(&inflater.z);
+    if (status)
+        vol_bytes_free(&inflater.out);
+    else
+        *out = inflater.out;
+    return status;
+}
+
 VolStatus vol_gunzip(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err)
 {
     Inflater inflater = {.z = {.zalloc = vol_zlib_alloc, .zfree = vol_zlib_free}, .data = data, .size = size};

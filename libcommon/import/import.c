@@ -7,6 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "import/dicom.h"
 #include "import/readers.h"
 #include "io/in.h"
 
@@ -24,7 +25,8 @@ static VolStatus read_one_dicom(const VolSource *source, VolSampled *out, VolErr
 {
     VolBytes bytes = *source->bytes;
     *source->bytes = (VolBytes){0};
-    return vol_read_dicom(&bytes, &source->name, 1, source, out, err);
+    size_t images;
+    return vol_read_dicom(&bytes, &source->name, 1, source, out, &images, err);
 }
 
 static const struct {
@@ -118,12 +120,12 @@ static VolStatus open_series(const char *const *paths, size_t count, bool folder
             kept++;
         }
     }
-    if (!status && kept == 0)
-        status =
-            vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': there is no DICOM file in the folder", source->name);
     if (!status) {
-        status = vol_read_dicom(bytes, names, kept, source, out, err);
+        size_t images;
+        status = vol_read_dicom(bytes, names, kept, source, out, &images, err);
         kept = 0; /* taken over */
+        if (status == VOL_BAD_INPUT && folder && images == 0)
+            status = vol_fail_no_dicom(source->name, err);
     }
     for (size_t i = 0; bytes && i < kept; i++)
         vol_bytes_free(&bytes[i]);

@@ -21,6 +21,7 @@ typedef struct VolImportOptions {
     int64_t time_step;  /* 0.. */
     bool spacing_given, origin_given;
     VolVec3 spacing, origin; /* replace lengths of the index axes, place of voxel (0,0,0) */
+    bool fill_gaps;     /* missing DICOM slices become NaN */
     bool raw;           /* the files are samples alone: */
     int64_t dims[3];    /*   with dims (dims[2] 0: one slice per file) */
     VolSample type;

@@ -32,9 +32,9 @@ bool vol_is_vtk_legacy(const VolBytes *bytes);
 VolStatus vol_read_vtk(const VolSource *source, bool xml, VolSampled *out, VolError *err);
 
 bool vol_is_dicom(const VolBytes *bytes);
-/* Takes the bytes of all files over. */
+/* Takes the bytes of all files over; `images` of them have pixels. */
 VolStatus vol_read_dicom(VolBytes *bytes, const char *const *names, size_t count, const VolSource *source,
-                         VolSampled *out, VolError *err);
+                         VolSampled *out, size_t *images, VolError *err);
 
 /* Samples alone, in one file or one slice per file. */
 VolStatus vol_read_raw(const VolSource *source, const char *const *names, size_t count, VolSampled *out,

@@ -60,5 +60,7 @@ double vol_get_f64(const unsigned char *p, bool big_endian);
  * that are no gzip member are left.  VOL_BAD_INPUT where the stream is damaged or ends early. */
 size_t vol_gunzip_head(const VolBytes *bytes, unsigned char *out, size_t room); /* how much was unpacked, 0: none */
 VolStatus vol_gunzip(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err);
+/* The same of a deflate stream alone. */
+VolStatus vol_inflate(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err);
 
 #endif
