@@ -1,4 +1,5 @@
 /* vol-import: other people's volumes become VDB. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -161,6 +162,28 @@ static VolStatus list_inputs(const Run *run, char ***out, size_t *count, VolErro
     return status;
 }
 
+/* What is taken of a file that holds more than one grid can. */
+static void tell_choices(const Run *run, const char *name, const VolSampled *image)
+{
+    if (image->times > 1 && !run_given(run, "time-step"))
+        vol_warn(&run->log, "'%s': time step 0 of %lld is taken; --time-step N takes another", name,
+                 (long long)image->times);
+    if (image->components > 1 && !options.component)
+        vol_warn(&run->log, "'%s': the magnitude of %lld components is taken; --component N takes one", name,
+                 (long long)image->components);
+}
+
+static void tell_spacing(const Run *run, const char *name, const VolImported *imported)
+{
+    char axes[16] = "";
+    for (int a = 0; a < 3; a++)
+        if (imported->spacing_made[a])
+            snprintf(axes + strlen(axes), sizeof axes - strlen(axes), "%s%c", *axes ? ", " : "", "xyz"[a]);
+    if (*axes)
+        vol_warn(&run->log, "'%s': the file gives no spacing along %s (0 or not finite): 1 is taken; --spacing sets it",
+                 name, axes);
+}
+
 static VolStatus import_inputs(const Run *run, const char *const *names, size_t count, Account *account,
                                VolImported *out, VolError *err)
 {
@@ -172,15 +195,15 @@ static VolStatus import_inputs(const Run *run, const char *const *names, size_t 
         status = vol_import_open(names, count, &wanted, &files, &run->log, &image, err);
     vol_stats_stage(run->stats, "read");
     const char *name = vol_input_name(names[0]);
-    if (!status && image.components > 1 && !options.component)
-        vol_note(&run->log, "'%s': the magnitude of %lld components (see --component)", name,
-                 (long long)image.components);
+    if (!status)
+        tell_choices(run, name, &image);
     if (!status)
         status = vol_import_convert(&image, name, &wanted, out, err);
     vol_stats_stage(run->stats, "convert");
     vol_sampled_free(&image);
     if (status)
         return status;
+    tell_spacing(run, name, out);
     if (options.half && (out->store != VOL_STORE_FLOAT || out->largest > 65504))
         return vol_fail(err, VOL_USAGE, "option --half: the samples of '%s' do not fit (they reach %g)", name,
                         out->largest);

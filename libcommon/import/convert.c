@@ -88,31 +88,84 @@ static VolStatus pick(const VolSampled *image, const char *name, const VolImport
     return VOL_OK;
 }
 
-/* --spacing sets the lengths of the index axes and keeps their directions; --origin places voxel (0, 0, 0). */
-static VolStatus place(const VolSampled *image, const char *name, const VolImportOptions *options, VolAffine *out,
-                       VolError *err)
+double vol_step_or_one(double step, bool *made)
+{
+    *made = !isfinite(step) || step == 0;
+    return *made ? 1 : step;
+}
+
+static VolVec3 unit(VolVec3 v) { return vol_scale(v, 1 / vol_length(v)); }
+
+/* The direction of index axis a, which the file does not give: perpendicular to the axes that it gives, and as near
+ * to world axis a as that allows. */
+static VolVec3 missing_direction(const VolVec3 axis[3], const bool missing[3], int a)
+{
+    int b = (a + 1) % 3, c = (a + 2) % 3;
+    const VolVec3 worlds[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    if (missing[b] && missing[c])
+        return worlds[a];
+    if (!missing[b] && !missing[c]) {
+        VolVec3 normal = vol_cross(unit(axis[b]), unit(axis[c]));
+        if (!(vol_length(normal) > 0))
+            return worlds[a]; /* the others are parallel: nothing helps */
+        return unit(vol_dot(normal, worlds[a]) < 0 ? vol_scale(normal, -1) : normal);
+    }
+    int given = missing[b] ? c : b;
+    VolVec3 along = unit(axis[given]);
+    VolVec3 across = vol_along(worlds[a], -vol_dot(worlds[a], along), along);
+    if (vol_length(across) < 0.5) /* the given axis took its place: change places */
+        across = vol_along(worlds[given], -vol_dot(worlds[given], along), along);
+    return unit(across);
+}
+
+/* Every axis gets a length: --spacing's, the file's, or 1 where neither gives any. */
+static void place_axes(const VolSampled *image, const VolImportOptions *options, VolAffine *out, bool made[3])
 {
     const double spacing[3] = {options->spacing.x, options->spacing.y, options->spacing.z};
-    VolAffine inverse;
-    *out = image->index_to_world;
+    VolVec3 axis[3];
+    bool missing[3];
     for (int a = 0; a < 3; a++) {
-        double *axis = out->m[a];
-        double length = vol_length(vol_vec3(axis[0], axis[1], axis[2]));
-        if (options->spacing_given) {
-            for (int c = 0; c < 3; c++)
-                axis[c] = length > 0 ? axis[c] / length * spacing[a] : c == a ? spacing[a] : 0;
-        } else if (!(length > 0)) {
-            return vol_fail(err, VOL_BAD_INPUT,
-                            "cannot import '%s': the spacing along %c is zero (give --spacing)", name, "xyz"[a]);
-        }
+        axis[a] = vol_vec3(out->m[a][0], out->m[a][1], out->m[a][2]);
+        double length = vol_length(axis[a]);
+        missing[a] = !(length > 0 && isfinite(length));
+        made[a] = !options->spacing_given && (missing[a] || image->spacing_made[a]);
     }
+    for (int a = 0; a < 3; a++) {
+        bool replaced = missing[a];
+        if (missing[a])
+            axis[a] = missing_direction(axis, missing, a);
+        missing[a] = false;
+        if (!replaced && !options->spacing_given)
+            continue;
+        double length = vol_length(axis[a]);
+        const double direction[3] = {axis[a].x / length, axis[a].y / length, axis[a].z / length};
+        for (int c = 0; c < 3; c++)
+            out->m[a][c] = direction[c] * (options->spacing_given ? spacing[a] : 1);
+    }
+}
+
+/* --spacing sets the lengths of the index axes and keeps their directions; --origin places voxel (0, 0, 0). */
+static VolStatus place(const VolSampled *image, const char *name, const VolImportOptions *options,
+                       VolImported *imported, VolError *err)
+{
+    VolAffine *out = &imported->index_to_world, inverse;
+    *out = image->index_to_world;
+    place_axes(image, options, out, imported->spacing_made);
     if (options->origin_given) {
         out->m[3][0] = options->origin.x;
         out->m[3][1] = options->origin.y;
         out->m[3][2] = options->origin.z;
     }
+    for (int c = 0; c < 3; c++)
+        if (!isfinite(out->m[3][c]))
+            return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': its origin along %c is %g (give --origin)",
+                            name, "xyz"[c], out->m[3][c]);
     if (!vol_affine_invert(out, &inverse))
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': its orientation cannot be inverted", name);
+        return vol_fail(err, VOL_BAD_INPUT,
+                        "cannot import '%s': its orientation cannot be inverted: the axes are x (%g %g %g), "
+                        "y (%g %g %g), z (%g %g %g)",
+                        name, out->m[0][0], out->m[0][1], out->m[0][2], out->m[1][0], out->m[1][1], out->m[1][2],
+                        out->m[2][0], out->m[2][1], out->m[2][2]);
     return VOL_OK;
 }
 
@@ -154,7 +207,7 @@ VolStatus vol_import_convert(VolSampled *image, const char *name, const VolImpor
     int64_t component;
     VolStatus status = pick(image, name, options, &component, err);
     if (!status)
-        status = place(image, name, options, &out->index_to_world, err);
+        status = place(image, name, options, out, err);
     if (status)
         return status;
 

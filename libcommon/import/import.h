@@ -47,6 +47,7 @@ typedef struct VolImported {
     uint64_t non_finite;
     double largest;      /* magnitude of a finite value */
     uint64_t inexact;    /* 64-bit integers beyond 2^53 */
+    bool spacing_made[3]; /* neither file nor options give a spacing along the axis: it is 1 */
 } VolImported;
 
 /* Picks component and time step and converts.  Releases the image's bytes. */

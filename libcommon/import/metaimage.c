@@ -119,10 +119,11 @@ static void describe(const Header *h, VolSampled *out)
     const double *step = h->spacing_given ? h->spacing : h->size_given ? h->size : NULL;
     for (int a = 0; a < 3; a++) {
         bool there = a < h->axes;
+        double length = there && step ? vol_step_or_one(step[a], &out->spacing_made[a]) : 1;
         out->dims[a] = there ? (int64_t)h->sizes[a] : 1;
         for (int to = 0; to < 3; to++) {
             double direction = there && to < h->axes && h->matrix_given ? h->matrix[a * h->axes + to] : a == to;
-            out->index_to_world.m[a][to] = direction * (there && step ? step[a] : 1);
+            out->index_to_world.m[a][to] = direction * length;
         }
         out->index_to_world.m[3][a] = there && h->offset_given ? h->offset[a] : 0;
     }

@@ -121,7 +121,7 @@ static VolStatus read_dims(const Header *h, const char *name, VolSampled *out, V
 
 /* The rotation of a unit quaternion a + b i + c j + d k, a >= 0 left out; pixdim[0] = -1 mirrors the third axis.
  */
-static void affine_of_qform(const Header *h, VolAffine *out)
+static void affine_of_qform(const Header *h, VolAffine *out, bool made[3])
 {
     double b = real_at(h, h->at->quatern, 0), c = real_at(h, h->at->quatern, 1), d = real_at(h, h->at->quatern, 2);
     double rest = 1 - (b * b + c * c + d * d), a = 0;
@@ -137,26 +137,46 @@ static void affine_of_qform(const Header *h, VolAffine *out)
         {2 * (b * d - a * c), 2 * (c * d + a * b), a * a + d * d - b * b - c * c},
     };
     double mirror = real_at(h, h->at->pixdim, 0) < 0 ? -1 : 1;
-    for (int axis = 0; axis < 3; axis++)
+    for (int axis = 0; axis < 3; axis++) {
+        double step = vol_step_or_one(fabs(real_at(h, h->at->pixdim, axis + 1)), &made[axis]);
         for (int to = 0; to < 3; to++)
-            out->m[axis][to] = r[to][axis] * fabs(real_at(h, h->at->pixdim, axis + 1)) * (axis == 2 ? mirror : 1);
+            out->m[axis][to] = r[to][axis] * step * (axis == 2 ? mirror : 1);
+    }
     for (int to = 0; to < 3; to++)
         out->m[3][to] = real_at(h, h->at->qoffset, to);
 }
 
-static void read_affine(const Header *h, VolAffine *out)
+/* Whether the sform places voxels.  A column of zeros does not spoil it (the axis has no spacing), unless there is
+ * a qform to ask. */
+static bool sform_holds(const Header *h, const VolAffine *sform)
 {
-    *out = (VolAffine){0};
-    if (code_at(h, h->at->sform) > 0) {
-        for (int to = 0; to < 3; to++)
-            for (int axis = 0; axis < 4; axis++)
-                out->m[axis][to] = real_at(h, h->at->srow, 4 * to + axis);
-    } else if (code_at(h, h->at->qform) > 0) {
-        affine_of_qform(h, out);
-    } else {
-        for (int axis = 0; axis < 3; axis++)
-            out->m[axis][axis] = fabs(real_at(h, h->at->pixdim, axis + 1));
+    VolAffine inverse;
+    return code_at(h, h->at->sform) > 0 && (code_at(h, h->at->qform) <= 0 || vol_affine_invert(sform, &inverse));
+}
+
+static VolStatus read_affine(const Header *h, const VolSource *source, VolSampled *out, VolError *err)
+{
+    VolAffine *affine = &out->index_to_world;
+    for (int to = 0; to < 3; to++)
+        for (int axis = 0; axis < 4; axis++)
+            affine->m[axis][to] = real_at(h, h->at->srow, 4 * to + axis);
+    if (sform_holds(h, affine))
+        return VOL_OK;
+    *affine = (VolAffine){0};
+    if (code_at(h, h->at->qform) > 0) {
+        for (int i = 0; i < 3; i++)
+            if (!isfinite(real_at(h, h->at->quatern, i)))
+                return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': the quaternion of its qform is not finite",
+                                source->name);
+        if (code_at(h, h->at->sform) > 0)
+            vol_warn(source->log, "'%s': the sform cannot be inverted; the qform is taken", source->name);
+        affine_of_qform(h, affine, out->spacing_made);
+        return VOL_OK;
     }
+    for (int axis = 0; axis < 3; axis++)
+        affine->m[axis][axis] =
+            vol_step_or_one(fabs(real_at(h, h->at->pixdim, axis + 1)), &out->spacing_made[axis]);
+    return VOL_OK;
 }
 
 static VolStatus read_offset(const Header *h, const char *name, size_t *out, VolError *err)
@@ -190,9 +210,10 @@ VolStatus vol_read_nifti(const VolSource *source, VolSampled *out, VolError *err
         status = read_dims(&h, source->name, out, err);
     if (!status)
         status = read_offset(&h, source->name, &out->offset, err);
+    if (!status)
+        status = read_affine(&h, source, out, err);
     if (status)
         return status;
-    read_affine(&h, &out->index_to_world);
     double slope = real_at(&h, h.at->slope, 0), intercept = real_at(&h, h.at->intercept, 0);
     out->scaled = isfinite(slope) && isfinite(intercept) && slope != 0 && (slope != 1 || intercept != 0);
     out->slope = slope;

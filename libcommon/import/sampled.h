@@ -34,7 +34,11 @@ typedef struct VolSampled {
     double slope, intercept;
     bool float_holds;        /* a float suffices for the values, whatever `type` is */
     VolAffine index_to_world; /* m[a] is 0 0 0 where the file gives axis a no spacing */
+    bool spacing_made[3];     /* the file gives axis a a direction, but no spacing: m[a] has length 1 */
 } VolSampled;
+
+/* The step itself, or 1 where it is 0 or not finite; *made tells which.  For readers that know the direction. */
+double vol_step_or_one(double step, bool *made);
 
 /* Strides for the usual order: component fastest, then x, y, z, time. */
 void vol_sampled_order(VolSampled *image);
