@@ -49,7 +49,7 @@ static VolStatus expand_stream(Expander *expander, const char *name, VolError *e
         z->avail_out = sizeof piece;
         int result = BZ2_bzDecompress(z);
         size_t made = sizeof piece - z->avail_out, at = expander->fed - z->avail_in;
-        VolStatus status = vol_append_unpacked(&expander->out, &expander->capacity, piece, made, err);
+        VolStatus status = vol_append_unpacked(&expander->out, &expander->capacity, piece, made, name, err);
         if (status || result == BZ_STREAM_END)
             return status;
         if (result == BZ_MEM_ERROR)

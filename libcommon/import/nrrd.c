@@ -328,7 +328,7 @@ static VolStatus read_pieces(const NrrdHeader *h, const VolSource *source, uint6
         status = read_piece(h, source, i, &piece, err);
         if (!status)
             status = vol_append_unpacked(&out->bytes, &capacity, piece.bytes.data + piece.at,
-                                         (size_t)piece.samples * vol_sample_size(h->type), err);
+                                         (size_t)piece.samples * vol_sample_size(h->type), source->name, err);
         vol_bytes_free(&piece.bytes);
     }
     return status;

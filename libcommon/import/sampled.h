@@ -72,7 +72,8 @@ size_t vol_bunzip2_head(const VolBytes *bytes, unsigned char *out, size_t room);
 
 /* vol_bytes_append for data of a size that only unpacking tells: what needs more memory than there is is refused
  * before it is taken. */
-VolStatus vol_append_unpacked(VolBytes *bytes, size_t *capacity, const void *data, size_t size, VolError *err);
+VolStatus vol_append_unpacked(VolBytes *bytes, size_t *capacity, const void *data, size_t size, const char *name,
+                              VolError *err);
 
 /* Files that are packed as a whole, told by their first bytes. */
 bool vol_is_packed(const VolBytes *bytes);
