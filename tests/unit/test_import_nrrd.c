@@ -95,7 +95,8 @@ static void test_spellings(void)
     check_header("NRRD00.01\r\nTYPE: Signed Short Int\r\ndimension: 3\r\nsizes: 2 3 4\r\nendian: Little\r\n"
                  "encoding: Raw\r\nspacings: 1 2 3\r\n\r\n",
                  spaced);
-    check_header(SHORTS "labels: \"x: a\" \"a \\\"b\\\" c\" \"z:=1\"\nspacings:\t1  2\t3 \nspace units: \"mm\" \"m m\" \"\"\n"
+    check_header(SHORTS "labels: \"x: a\" \"a \\\"b\\\" c\" \"z:=1\"\n"
+                 "spacings:\t1  2\t3 \nspace units: \"mm\" \"m m\" \"\"\n"
                         "key: with:=type: double\ntype:=double\nunknown: field\n\n",
                  spaced);
     check_header(SHORTS "SpaceDimension: 3\nSpaceDirections: (1,0,0) ( 0 , 2 , 0 ) (0,0,3)\nspaceorigin: ( 4,5, 6)\n"
@@ -392,8 +393,10 @@ static void test_random(void)
         save_block("empty.nrrd", &b);
         check_refused("empty.nrrd", NULL, "truncated");
     }
-    const char *const ends[] = {"axis mins: 0 1 2\naxis maxs: 3 4 nan\ncenters: cell node ???\nline skip: 0\nbyte skip: -1\n\n",
-                                "space dimension: 4\nspace directions: (1,0,0,0) none (0,0,2,0)\nspace origin: (1,2,3,4)\n\n",
+    const char *const ends[] = {"axis mins: 0 1 2\naxis maxs: 3 4 nan\ncenters: cell node ???\n"
+                                "line skip: 0\nbyte skip: -1\n\n",
+                                "space dimension: 4\nspace directions: (1,0,0,0) none (0,0,2,0)\n"
+                                "space origin: (1,2,3,4)\n\n",
                                 "data file: LIST 2\ncut\ncut\ncut\ncut\n", "data file: cut%d 1 4 1 2\n",
                                 "data file: SKIPLIST\n1 cut\n2 cut\n3 cut\n-4 cut\n"};
     for (int i = 0; i < 5; i++) {
