@@ -30,7 +30,8 @@ static VolStatus inflate_member(Inflater *inflater, const char *name, VolError *
         z->avail_out = sizeof piece;
         int result = inflate(z, Z_NO_FLUSH);
         VolStatus status =
-            vol_bytes_append(&inflater->out, &inflater->capacity, piece, sizeof piece - z->avail_out, err);
+            vol_append_unpacked(&inflater->out, &inflater->capacity, piece, sizeof piece - z->avail_out, name,
+                                err);
         if (status || result == Z_STREAM_END)
             return status;
         size_t at = inflater->fed - z->avail_in;

@@ -48,26 +48,21 @@ const char *vol_import_format(const VolBytes *bytes)
 {
     unsigned char head[4096];
     VolBytes seen = *bytes;
-    if (bytes->size >= 2 && bytes->data[0] == 0x1f && bytes->data[1] == 0x8b)
-        seen = (VolBytes){head, vol_gunzip_head(bytes, head, sizeof head)};
+    if (vol_is_packed(bytes))
+        seen = (VolBytes){head, vol_unpack_head(bytes, head, sizeof head)};
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (seen.size && formats[i].is(&seen))
             return formats[i].name;
     return NULL;
 }
 
-/* Unpacks gzip and hands the bytes to the reader of their format. */
+/* Unpacks gzip or bzip2 and hands the bytes to the reader of their format. */
 static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *err)
 {
     VolBytes *bytes = source->bytes;
-    if (bytes->size >= 2 && bytes->data[0] == 0x1f && bytes->data[1] == 0x8b) {
-        VolBytes unpacked;
-        VolStatus status = vol_gunzip(bytes->data, bytes->size, source->name, &unpacked, err);
-        if (status)
-            return status;
-        vol_bytes_free(bytes);
-        *bytes = unpacked;
-    }
+    VolStatus status = vol_unpack(bytes, source->name, err);
+    if (status)
+        return status;
     if (bytes->size == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is empty", source->name);
     if (vol_kind(bytes) == VOL_KIND_VDB)

@@ -33,7 +33,7 @@ typedef struct VolImportOptions {
 VolStatus vol_import_open(const char *const *paths, size_t count, const VolImportOptions *options,
                           const VolImportFiles *files, const VolLog *log, VolSampled *out, VolError *err);
 
-/* "NIfTI", "DICOM", ...: what vol_import_open would read it as, gzip looked through; NULL: nothing it knows. */
+/* "NIfTI", "DICOM", ...: what vol_import_open would read it as, gzip and bzip2 looked through; NULL: nothing it knows. */
 const char *vol_import_format(const VolBytes *bytes);
 
 /* The image converted: x fastest, one of the two arrays. */

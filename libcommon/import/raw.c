@@ -6,6 +6,17 @@
 
 #include "import/readers.h"
 
+/* The one file of an image, if it is packed.  Sizes too large are vol_sampled_check's to refuse. */
+static VolStatus unpack(VolSampled *out, const char *name, VolError *err)
+{
+    uint64_t wanted = vol_sample_size(out->type) * (uint64_t)out->components;
+    bool fits = true;
+    for (int a = 0; a < 3; a++)
+        fits = fits && !__builtin_mul_overflow(wanted, (uint64_t)out->dims[a], &wanted);
+    fits = fits && !__builtin_add_overflow(wanted, out->offset, &wanted);
+    return fits ? vol_unpack_samples(&out->bytes, wanted, name, err) : VOL_OK;
+}
+
 /* One file holds all samples and nothing else; several hold one slice each. */
 VolStatus vol_read_raw(const VolSource *source, const char *const *names, size_t count, VolSampled *out,
                        VolError *err)
@@ -32,6 +43,8 @@ VolStatus vol_read_raw(const VolSource *source, const char *const *names, size_t
     } else {
         status = source->files->read(source->files->user, names[0], &out->bytes, err);
         out->offset = (size_t)options->header;
+        if (!status)
+            status = unpack(out, source->name, err);
     }
     return status ? status : vol_sampled_check(out, source->name, true, err);
 }
@@ -184,6 +197,8 @@ VolStatus vol_read_inviwo_dat(const VolSource *source, VolSampled *out, VolError
         dat_affine(&dat, &out->index_to_world);
         status = vol_read_beside(source, dat.raw_file, &out->bytes, err);
     }
+    if (!status)
+        status = unpack(out, dat.raw_file, err);
     if (!status)
         status = vol_sampled_check(out, dat.raw_file, true, err);
     free(dat.raw_file);

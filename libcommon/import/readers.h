@@ -58,6 +58,10 @@ bool vol_sample_spelt(const char *word, const char *const spellings[VOL_SAMPLE_F
 /* Reads the file `data_name` that lies beside `header_name` (or at its absolute path). */
 VolStatus vol_read_beside(const VolSource *source, const char *data_name, VolBytes *out, VolError *err);
 
+/* A file of samples alone that is packed (gzip, bzip2) is unpacked, unless its size is `wanted` already: then its first
+ * bytes are samples that look like a mark. */
+VolStatus vol_unpack_samples(VolBytes *bytes, uint64_t wanted, const char *name, VolError *err);
+
 /* Reads files, each of which holds an equal share of the samples, one after the other; `skip` bytes of each are
  * passed over (-1: what comes before the last `share` bytes). */
 VolStatus vol_read_slices(const VolSource *source, const char *const *names, size_t count, size_t share,

@@ -1,6 +1,8 @@
 #include "import/sampled.h"
 
+#include <errno.h>
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -103,46 +105,104 @@ VolStatus vol_sampled_check(const VolSampled *image, const char *name, bool exac
     return VOL_OK;
 }
 
+/* What stands between the numbers of a text. */
+static const char *const between = " \t\r\n\v\f,";
+
+/* Whole numbers of 64 bits are more than a double holds: they are read as what they are. */
+static bool scan_whole(const char *at, VolSample type, uint64_t *out, char **end)
+{
+    errno = 0;
+    if (type == VOL_SAMPLE_U64 && *at != '-')
+        *out = strtoull(at, end, 10);
+    else if (type == VOL_SAMPLE_I64)
+        *out = (uint64_t)strtoll(at, end, 10);
+    else
+        return false;
+    return *end != at && !errno && (!**end || strchr(between, **end));
+}
+
+/* The number at `at` as a sample of the type in this machine's byte order; NULL, or what is wrong with it. */
+static const char *scan_sample(const char *at, VolSample type, unsigned char *out, char **end)
+{
+    static const double least[] = {0, INT8_MIN, 0, INT16_MIN, 0, INT32_MIN, 0, (double)INT64_MIN};
+    static const double limit[] = {UINT8_MAX + 1.0,  INT8_MAX + 1.0,       UINT16_MAX + 1.0,     INT16_MAX + 1.0,
+                                   UINT32_MAX + 1.0, INT32_MAX + 1.0, 18446744073709551616.0, 9223372036854775808.0};
+    uint64_t whole;
+    if (!scan_whole(at, type, &whole, end)) {
+        double value = strtod(at, end);
+        if (*end == at || (**end && !strchr(between, **end)))
+            return *at ? "no number" : "missing";
+        if (type == VOL_SAMPLE_F32)
+            return memcpy(out, &(float){(float)value}, sizeof(float)), NULL;
+        if (type == VOL_SAMPLE_F64)
+            return memcpy(out, &value, sizeof value), NULL;
+        if (!(value >= least[type] && value < limit[type] && value == floor(value)))
+            return "not of the type that the header gives";
+        whole = value < 0 ? (uint64_t)(int64_t)value : (uint64_t)value;
+    }
+    switch (samples[type].size) {
+    case 1: *out = (unsigned char)whole; break;
+    case 2: memcpy(out, &(uint16_t){(uint16_t)whole}, 2); break;
+    case 4: memcpy(out, &(uint32_t){(uint32_t)whole}, 4); break;
+    default: memcpy(out, &whole, 8); break;
+    }
+    return NULL;
+}
+
+VolStatus vol_scan_samples(const unsigned char *data, size_t size, VolSample type, uint64_t count, const char *name,
+                           VolBytes *out, VolError *err)
+{
+    /* Every sample takes at least one digit and one separator: refuse before allocating for a forged size. */
+    if (count > size / 2 + size % 2)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': truncated: fewer numbers than its sizes say",
+                        name);
+    size_t each = vol_sample_size(type);
+    char *text = vol_alloc(size + 1, 1);
+    unsigned char *values = vol_alloc(count, each);
+    VolStatus status = text && values ? VOL_OK : vol_fail_memory(err, size + count * each);
+    if (!status) {
+        memcpy(text, data, size);
+        text[size] = 0;
+    }
+    char *at = text;
+    for (uint64_t i = 0; !status && i < count; i++) {
+        at += strspn(at, between);
+        const char *wrong = scan_sample(at, type, values + i * each, &at);
+        if (wrong)
+            status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': sample %" PRIu64 " of %" PRIu64 " is %s",
+                              name, i, count, wrong);
+    }
+    free(text);
+    if (status)
+        free(values);
+    else
+        *out = (VolBytes){values, count * each};
+    return status;
+}
+
+bool vol_machine_is_big_endian(void)
+{
+    const uint16_t one = 1;
+    return *(const unsigned char *)&one == 0;
+}
+
 VolStatus vol_sampled_from_text(VolSampled *image, const char *name, VolError *err)
 {
     const int64_t factors[5] = {image->dims[0], image->dims[1], image->dims[2], image->components,
                                 image->times};
     uint64_t count;
-    /* Every sample takes at least one digit and one separator: refuse before allocating for a forged size. */
-    if (!positive_product(factors, 5, &count) || image->offset > image->bytes.size ||
-        count > (image->bytes.size - image->offset + 1) / 2)
+    VolBytes values = {0};
+    if (!positive_product(factors, 5, &count) || image->offset > image->bytes.size)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': truncated: fewer numbers than its sizes say",
                         name);
-
-    size_t size = image->bytes.size - image->offset;
-    char *text = vol_alloc(size + 1, 1);
-    double *values = vol_alloc(count, sizeof *values);
-    VolStatus status = text && values ? VOL_OK : vol_fail_memory(err, size + count * sizeof *values);
-    if (!status) {
-        memcpy(text, image->bytes.data + image->offset, size);
-        text[size] = 0;
-    }
-    char *at = text;
-    for (uint64_t i = 0; !status && i < count; i++) {
-        char *end;
-        values[i] = strtod(at, &end);
-        if (end == at)
-            status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': sample %" PRIu64 " of %" PRIu64 " is %s",
-                              name, i, count, *at ? "no number" : "missing");
-        at = end;
-    }
-    free(text);
-    if (status) {
-        free(values);
+    VolStatus status = vol_scan_samples(image->bytes.data + image->offset, image->bytes.size - image->offset,
+                                        image->type, count, name, &values, err);
+    if (status)
         return status;
-    }
     vol_bytes_free(&image->bytes);
-    const uint16_t one = 1;
-    image->bytes = (VolBytes){(unsigned char *)values, count * sizeof *values};
+    image->bytes = values;
     image->offset = 0;
-    image->big_endian = *(const unsigned char *)&one == 0;
-    image->float_holds = vol_sample_size(image->type) <= 2 || image->type == VOL_SAMPLE_F32;
-    image->type = VOL_SAMPLE_F64;
+    image->big_endian = vol_machine_is_big_endian();
     return VOL_OK;
 }
 

@@ -47,8 +47,13 @@ void vol_sampled_order(VolSampled *image);
  * are missing.  With `exact`, bytes left over are an error too. */
 VolStatus vol_sampled_check(const VolSampled *image, const char *name, bool exact, VolError *err);
 
-/* Text samples (white space between) to doubles in `image->bytes`, for the text encodings. */
+/* Text samples (white space or commas between) to samples of the image's type in `image->bytes`, in this machine's
+ * byte order, for the text encodings.  What the type does not hold is refused. */
 VolStatus vol_sampled_from_text(VolSampled *image, const char *name, VolError *err);
+/* The same for `count` samples of a part of a text. */
+VolStatus vol_scan_samples(const unsigned char *data, size_t size, VolSample type, uint64_t count, const char *name,
+                           VolBytes *out, VolError *err);
+bool vol_machine_is_big_endian(void);
 
 void vol_sampled_free(VolSampled *image);
 
@@ -62,9 +67,23 @@ double vol_get_f64(const unsigned char *p, bool big_endian);
 
 /* The bytes of a zlib or gzip stream (several gzip members one after the other are one stream).  Trailing bytes
  * that are no gzip member are left.  VOL_BAD_INPUT where the stream is damaged or ends early. */
-size_t vol_gunzip_head(const VolBytes *bytes, unsigned char *out, size_t room); /* how much was unpacked, 0: none */
 VolStatus vol_gunzip(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err);
 /* The same of a deflate stream alone. */
 VolStatus vol_inflate(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err);
+size_t vol_gunzip_head(const VolBytes *bytes, unsigned char *out, size_t room); /* how much was unpacked, 0: none */
+
+/* The same for bzip2. */
+VolStatus vol_bunzip2(const unsigned char *data, size_t size, const char *name, VolBytes *out, VolError *err);
+size_t vol_bunzip2_head(const VolBytes *bytes, unsigned char *out, size_t room);
+
+/* vol_bytes_append for data of a size that only unpacking tells: what needs more memory than there is is refused
+ * before it is taken. */
+VolStatus vol_append_unpacked(VolBytes *bytes, size_t *capacity, const void *data, size_t size, const char *name,
+                              VolError *err);
+
+/* Files that are packed as a whole, told by their first bytes. */
+bool vol_is_packed(const VolBytes *bytes);
+size_t vol_unpack_head(const VolBytes *bytes, unsigned char *out, size_t room);
+VolStatus vol_unpack(VolBytes *bytes, const char *name, VolError *err); /* in place; nothing if not packed */
 
 #endif

@@ -80,6 +80,11 @@ VolStatus vol_read_beside(const VolSource *source, const char *data_name, VolByt
     return status;
 }
 
+VolStatus vol_unpack_samples(VolBytes *bytes, uint64_t wanted, const char *name, VolError *err)
+{
+    return bytes->size == wanted ? VOL_OK : vol_unpack(bytes, name, err);
+}
+
 VolStatus vol_read_slices(const VolSource *source, const char *const *names, size_t count, size_t share,
                           int64_t skip, bool beside, VolBytes *out, VolError *err)
 {
@@ -92,6 +97,8 @@ VolStatus vol_read_slices(const VolSource *source, const char *const *names, siz
         VolBytes slice = {0};
         status = beside ? vol_read_beside(source, names[i], &slice, err)
                         : source->files->read(source->files->user, names[i], &slice, err);
+        if (!status && skip >= 0)
+            status = vol_unpack_samples(&slice, (uint64_t)skip + share, names[i], err);
         size_t before = skip < 0 && slice.size > share ? slice.size - share : skip < 0 ? 0 : (size_t)skip;
         if (!status && (slice.size < before || slice.size - before != share))
             status =

@@ -267,10 +267,10 @@ static void test_nrrd_damage(void)
         const char *text, *why;
     } cases[] = {
         {"NRRD0004\ntype: block\ndimension: 3\n\n", "'type: block'"},
-        {"NRRD0004\ntype: uchar\ndimension: 9\n\n", "'dimension: 9'"},
+        {"NRRD0004\ntype: uchar\ndimension: 17\n\n", "'dimension: 17'"},
         {"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 0 1\n\n", "sizes"},
         {"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1\nencoding: raw\n\n12", "fewer sizes"},
-        {"NRRD0004\ntype: uchar\ndimension: 1\nsizes: 2\nencoding: bzip2\n\n12", "'bzip2'"},
+        {"NRRD0004\ntype: uchar\ndimension: 1\nsizes: 2\nencoding: zrl\n\n12", "'encoding: zrl'"},
         {"NRRD0004\ntype: short\ndimension: 1\nsizes: 1\nencoding: raw\n\n12", "endian"},
         {"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2000000000 2000000000 2000000000\nencoding: raw\n\n12",
          "too large"},
