@@ -386,7 +386,8 @@ static VolStatus assemble(Work *work, VolSampled *out)
         return status;
     memset(work->covered, 0, (size_t)voxels);
     work->voxel = (size_t)out->components * vol_sample_size(out->type);
-    status = vol_check_memory((double)voxels * (double)work->voxel, work->err);
+    double bytes = (double)voxels * (double)work->voxel;
+    status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, work->err) : VOL_OK;
     if (status)
         return vol_fail_within(work->err, status, "cannot import '%s'", work->vti->file);
     work->out = out->bytes.data = vol_alloc((size_t)voxels, work->voxel);

@@ -550,7 +550,8 @@ static VolStatus read_text(Legacy *f, const Array *array, VolSampled *out)
 {
     VolSample type = array->colors ? VOL_SAMPLE_U8 : (VolSample)array->type;
     size_t size = vol_sample_size(type), count = (size_t)(array->tuples * array->components);
-    VolStatus status = vol_check_memory((double)count * (double)size, f->err);
+    double bytes = (double)count * (double)size;
+    VolStatus status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, f->err) : VOL_OK;
     if (status)
         return vol_fail_within(f->err, status, "cannot import '%s'", f->file);
     unsigned char *data = vol_alloc(count, size);

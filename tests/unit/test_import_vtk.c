@@ -153,7 +153,8 @@ static void test_unlike_pieces(void)
     const char unlike[] = "<DataArray type=\"Float32\" Name=\"s\" format=\"ascii\">"
                           "12 13 14 15 16 17 18 19 20 21 22 23</DataArray>";
     save_vti(WHOLE, both(front, piece(BACK, "PointData", unlike)));
-    check_refused("a.vti", NULL, "of piece 2 (extent " BACK ") has 1 components of type Float32, in piece 1 1 of Int16");
+    check_refused("a.vti", NULL,
+                  "of piece 2 (extent " BACK ") has 1 components of type Float32, in piece 1 1 of Int16");
     save_vti(WHOLE, both(front, piece(BACK, "PointData", array("NumberOfComponents=\"2\"", upper))));
     check_refused("a.vti", NULL, "of piece 2 (extent " BACK ") has 2 components of type Int16, in piece 1 1 of Int16");
     save_vti(WHOLE, both(front, piece(BACK, "PointData", array("", "12 13"))));
@@ -190,12 +191,13 @@ static void test_time_steps(void)
 {
     static char text[1 << 14];
     VolImportOptions step = plain;
-    snprintf(text, sizeof text,
-             "<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"" WHOLE "\" TimeValues=\"0 0.5 1\">"
-             "<Piece Extent=\"" WHOLE "\"><PointData Scalars=\"s\">%s%s%s</PointData></Piece></ImageData></VTKFile>",
-             array("TimeStep=\"0\"", "1 2 3"), array("TimeStep=\"1\"", numbers),
-             "<DataArray type=\"Float32\" Name=\"t\" format=\"ascii\">0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 "
-             "21 22 23</DataArray>");
+    snprintf(
+        text, sizeof text,
+        "<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"" WHOLE "\" TimeValues=\"0 0.5 1\">"
+        "<Piece Extent=\"" WHOLE "\"><PointData Scalars=\"s\">%s%s%s</PointData></Piece></ImageData></VTKFile>",
+        array("TimeStep=\"0\"", "1 2 3"), array("TimeStep=\"1\"", numbers),
+        "<DataArray type=\"Float32\" Name=\"t\" format=\"ascii\">0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 "
+        "21 22 23</DataArray>");
     save_text("a.vti", text);
     check_refused("a.vti", NULL, "it holds 3 of its 24 values");
     step.time_step = 1;
@@ -225,15 +227,16 @@ static void put_base64(Block *b, const unsigned char *data, size_t size)
 
 enum { PLAIN, ZLIB, LZ4, LZMA };
 
-/* Numbers before the data in `head`, the data, packed or not, in `body`: bytes from 0 to 23, in two blocks with zlib. */
+/* Numbers before the data in `head`, the data, packed or not, in `body`: bytes from 0 to 23, in two blocks with zlib.
+ */
 static void encode(int packing, size_t word, bool big, Block *head, Block *body)
 {
-    static const unsigned char xz[] = {
-        0xfd, 0x37, 0x7a, 0x58, 0x5a, 0x00, 0x00, 0x01, 0x69, 0x22, 0xde, 0x36, 0x02, 0x00, 0x21, 0x01, 0x16, 0x00,
-        0x00, 0x00, 0x74, 0x2f, 0xe5, 0xa3, 0x01, 0x00, 0x17, 0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08,
-        0x09, 0x0a, 0x0b, 0x0c, 0x0d, 0x0e, 0x0f, 0x10, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17, 0x00, 0x96, 0xa6,
-        0x95, 0x82, 0x00, 0x01, 0x2c, 0x18, 0xd3, 0x46, 0xdb, 0x0a, 0x90, 0x42, 0x99, 0x0d, 0x01, 0x00, 0x00, 0x00,
-        0x00, 0x01, 0x59, 0x5a};
+    static const unsigned char xz[] = {0xfd, 0x37, 0x7a, 0x58, 0x5a, 0x00, 0x00, 0x01, 0x69, 0x22, 0xde, 0x36, 0x02,
+                                       0x00, 0x21, 0x01, 0x16, 0x00, 0x00, 0x00, 0x74, 0x2f, 0xe5, 0xa3, 0x01, 0x00,
+                                       0x17, 0x00, 0x01, 0x02, 0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x09, 0x0a, 0x0b,
+                                       0x0c, 0x0d, 0x0e, 0x0f, 0x10, 0x11, 0x12, 0x13, 0x14, 0x15, 0x16, 0x17, 0x00,
+                                       0x96, 0xa6, 0x95, 0x82, 0x00, 0x01, 0x2c, 0x18, 0xd3, 0x46, 0xdb, 0x0a, 0x90,
+                                       0x42, 0x99, 0x0d, 0x01, 0x00, 0x00, 0x00, 0x00, 0x01, 0x59, 0x5a};
     unsigned char data[24];
     for (int i = 0; i < 24; i++)
         data[i] = (unsigned char)i;
@@ -375,7 +378,8 @@ static void test_xml_headers(void)
         {"", "<VTKFile note=\"type='PolyData'\" type=\"ImageData\" xtype=\"PolyData\">", ""},
         {"", "<VTKFile type=\"Image&#68;ata\">", ""},
         {"\xef\xbb\xbf<?xml version='1.0' encoding='UTF-8'?>", "<VTKFile type='ImageData'>", ""},
-        {"<?xml version=\"1.0\"?><!-- <VTKFile type=\"PolyData\"> </VTKFile> -->\n", "<VTKFile type=\"ImageData\">", ""},
+        {"<?xml version=\"1.0\"?><!-- <VTKFile type=\"PolyData\"> </VTKFile> -->\n", "<VTKFile type=\"ImageData\">",
+         ""},
         {"\n\n <?x <VTKFile type=\"PolyData\"?>", "<VTKFile type=\"ImageData\">", "<?x </VTKFile>?>"},
         {"<!DOCTYPE VTKFile [<!ELEMENT VTKFile ANY> <!-- > ]> -->]>", "<VTKFile type=\"ImageData\">", ""},
         {"", "<VTKFile type=\"ImageData\">", "<!-- </VTKFile> <AppendedData> -->"},
@@ -400,16 +404,26 @@ static void test_other_xml(void)
 {
     const char *const texts[] = {
         "<?xml version=\"1.0\"?><VoreenData version=\"1\"><!-- <VTKFile type=\"ImageData\"> --></VoreenData>",
-        "<a><VTKFile type=\"ImageData\"></VTKFile></a>", "<VTKFiles type=\"ImageData\"/>", "<!-- <VTKFile type",
-        "<!-- <VTKFile type=\"ImageData\"> ", "<!-- ", "<!", "<?", "<", "<VTKFile", "<!DOCTYPE a [", "<!DOCTYPE \""};
+        "<a><VTKFile type=\"ImageData\"></VTKFile></a>",
+        "<VTKFiles type=\"ImageData\"/>",
+        "<!-- <VTKFile type",
+        "<!-- <VTKFile type=\"ImageData\"> ",
+        "<!-- ",
+        "<!",
+        "<?",
+        "<",
+        "<VTKFile",
+        "<!DOCTYPE a [",
+        "<!DOCTYPE \""};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
         VolBytes bytes = {(unsigned char *)(uintptr_t)texts[i], strlen(texts[i])};
         CHECK(vol_import_format(&bytes) == NULL);
         save_text("a.xml", texts[i]);
         check_refused("a.xml", NULL, "unknown format");
     }
-    const char *const kinds[] = {"PolyData", "UnstructuredGrid", "RectilinearGrid", "StructuredGrid", "PImageData",
-                                 "vtkMultiBlockDataSet", "Collection", "HyperTreeGrid", "imagedata"};
+    const char *const kinds[] = {"PolyData",       "UnstructuredGrid", "RectilinearGrid",
+                                 "StructuredGrid", "PImageData",       "vtkMultiBlockDataSet",
+                                 "Collection",     "HyperTreeGrid",    "imagedata"};
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         char text[300], says[200];
         snprintf(text, sizeof text, "<!-- type=\"ImageData\" --><VTKFile version = '1.0'\n type = '%s'><x", kinds[i]);
@@ -465,9 +479,11 @@ static void test_legacy_headers(void)
     static const char *const headers[] = {
         HEAD PLACE SCALARS,
         "# vtk DataFile Version 1.0\nDATASET POLYDATA from run 7\nASCII\n\n" PLACE "\n" SCALARS,
-        "# vtk DataFile Version 2.0\n\nASCII\nDATASET   STRUCTURED_POINTS\tDIMENSIONS\t3 4\n2 SPACING 1 2 3 ORIGIN 7 8 9 "
+        "# vtk DataFile Version 2.0\n\nASCII\nDATASET   STRUCTURED_POINTS\tDIMENSIONS\t3 4\n2 SPACING 1 2 3 ORIGIN 7 8 "
+        "9 "
         "POINT_DATA 24 SCALARS s short LOOKUP_TABLE default ",
-        "# vtk DataFile Version 5.1\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 4 2\nASPECT_RATIO 1 2 3\nORIGIN 7 8 "
+        "# vtk DataFile Version 5.1\nt\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 3 4 2\nASPECT_RATIO 1 2 3\nORIGIN "
+        "7 8 "
         "9\n"
         "FIELD FieldData 2\nTIME 1 1 double\n0.5\nMETADATA\nINFORMATION 1\nNAME a LOCATION b\nDATA 1\n\n"
         "note 1 2 string\nDATASET x\nPOINT_DATA y\n" SCALARS,
@@ -504,7 +520,8 @@ static void test_legacy_binary(void)
     check_damage(NULL, &b, 2000);
     /* A line of any length comes before the data. */
     b.size = 0;
-    put_text(&b, "# vtk DataFile Version 3.0\nt\nBINARY\n" PLACE "POINT_DATA 24\nSCALARS s short 1\nLOOKUP_TABLE default");
+    put_text(&b,
+             "# vtk DataFile Version 3.0\nt\nBINARY\n" PLACE "POINT_DATA 24\nSCALARS s short 1\nLOOKUP_TABLE default");
     for (int i = 0; i < 300; i++)
         put_text(&b, " ");
     put_text(&b, "\n");
@@ -546,7 +563,8 @@ static void test_legacy_refused(void)
         {HEAD "DATASET STRUCTURED_POINTS\nDIMENSIONS 3 four 2\n", "DIMENSIONS are to be three numbers"},
         {HEAD PLACE "POINTS 24 float\n", "'POINTS' is no keyword of STRUCTURED_POINTS"},
         {HEAD PLACE "POINT_DATA 24\nNONSENSE\n", "'NONSENSE' is no attribute of points"},
-        {HEAD PLACE "POINT_DATA 24\nSCALARS s bit 1\nLOOKUP_TABLE default\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1",
+        {HEAD PLACE
+         "POINT_DATA 24\nSCALARS s bit 1\nLOOKUP_TABLE default\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1",
          "values of type bit are not read"},
         {HEAD PLACE SCALARS "0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 70000",
          "value 24 of 24 of array 's', '70000', is no number of its type"},
@@ -564,7 +582,8 @@ static void test_legacy_other_arrays(void)
     VolImportOptions named = plain;
     named.array = "a b%2";
     check_import("a.vtk", &named, VOL_STORE_INT32, (int32_t[]){1, 1, 1}, NULL, (double[]){7});
-    save_text("a.vtk", HEAD "DATASET STRUCTURED_POINTS\nDIMENSIONS 2 1 1\nPOINT_DATA 2\nCOLOR_SCALARS c 2\n0 0.5 1 2\n");
+    save_text("a.vtk",
+              HEAD "DATASET STRUCTURED_POINTS\nDIMENSIONS 2 1 1\nPOINT_DATA 2\nCOLOR_SCALARS c 2\n0 0.5 1 2\n");
     VolImportOptions component = plain;
     component.component = 0;
     check_import("a.vtk", &component, VOL_STORE_FLOAT, (int32_t[]){2, 1, 1}, NULL, (double[]){0, 255});
