@@ -44,8 +44,7 @@ VDB_LIBS   ?= -lopenvdb -ltbb -lblosc
 OIIO_CFLAGS ?= -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
 OIIO_LIBS  ?= -lOpenImageIO -lOpenImageIO_Util
 VTK_CFLAGS ?= -isystem /usr/include/vtk-9.1
-VTK_LIBS   ?= -lvtkIOLegacy-9.1 -lvtkIOXML-9.1 -lvtkCommonDataModel-9.1 -lvtkCommonExecutionModel-9.1 \
-              -lvtkCommonMisc-9.1 -lvtkCommonMath-9.1 -lvtkCommonCore-9.1 -lvtksys-9.1
+VTK_LIBS   ?= -lvtkIOCore-9.1 -lvtkCommonCore-9.1 -lvtksys-9.1
 
 # ---- sources -------------------------------------------------------------------------------------------------------
 LIB_SRC   := $(sort $(wildcard libcommon/*/*.c))

@@ -11,16 +11,6 @@
 #include "import/readers.h"
 #include "io/in.h"
 
-static VolStatus read_vtk_xml(const VolSource *source, VolSampled *out, VolError *err)
-{
-    return vol_read_vtk(source, true, out, err);
-}
-
-static VolStatus read_vtk_legacy(const VolSource *source, VolSampled *out, VolError *err)
-{
-    return vol_read_vtk(source, false, out, err);
-}
-
 static VolStatus read_one_dicom(const VolSource *source, VolSampled *out, VolError *err)
 {
     VolBytes bytes = *source->bytes;
@@ -37,8 +27,8 @@ static const struct {
     {"NIfTI", vol_is_nifti, vol_read_nifti},
     {"NRRD", vol_is_nrrd, vol_read_nrrd},
     {"MetaImage", vol_is_metaimage, vol_read_metaimage},
-    {".vti", vol_is_vtk_xml, read_vtk_xml},
-    {"legacy .vtk", vol_is_vtk_legacy, read_vtk_legacy},
+    {".vti", vol_is_vtk_xml, vol_read_vtk_xml},
+    {"legacy .vtk", vol_is_vtk_legacy, vol_read_vtk_legacy},
     {"MRC", vol_is_mrc, vol_read_mrc},
     {"DICOM", vol_is_dicom, read_one_dicom},
     {"Inviwo .dat", vol_is_inviwo_dat, vol_read_inviwo_dat},
@@ -46,7 +36,7 @@ static const struct {
 
 const char *vol_import_format(const VolBytes *bytes)
 {
-    unsigned char head[4096];
+    unsigned char head[1 << 16]; /* comments may come before what tells */
     VolBytes seen = *bytes;
     if (vol_is_packed(bytes))
         seen = (VolBytes){head, vol_unpack_head(bytes, head, sizeof head)};
@@ -70,6 +60,10 @@ static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (formats[i].is(bytes))
             return formats[i].read(source, out, err);
+    const char *unread = vol_import_unread(bytes, source->name);
+    if (unread)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", source->name,
+                        unread);
     return vol_fail(
         err, VOL_BAD_INPUT,
         "cannot import '%s': unknown format (tried NIfTI, NRRD, MetaImage, .vti, legacy .vtk, MRC, DICOM, "
@@ -107,6 +101,10 @@ static VolStatus open_series(const char *const *paths, size_t count, bool folder
         } else if (folder) {
             vol_note(source->log, "passed over '%s': not DICOM", paths[i]);
             vol_bytes_free(&bytes[kept]);
+        } else if (vol_import_unread(&bytes[kept], paths[i])) {
+            status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", paths[i],
+                              vol_import_unread(&bytes[kept], paths[i]));
+            kept++;
         } else {
             status = vol_fail(err, VOL_USAGE,
                               "'%s' is not DICOM: several inputs are slices of a DICOM series, or raw "

@@ -1,20 +1,126 @@
-/* VTK's image files (.vti, legacy structured points), through VTK's own readers.  What VTK would read in spite of
- * damage is looked for here first. */
+/* VTK's image files: how they are told, and what .vti and legacy files share. */
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "adapters/vtk.h"
-#include "base/plugin.h"
-#include "base/refusals.h"
-#include "import/readers.h"
+#include "import/vti.h"
 
-static const unsigned char *find_text(const VolBytes *bytes, const char *text, size_t within)
+/* ---- Text ---- */
+
+bool vol_vtk_space(unsigned char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
+
+bool vol_vtk_number(const char *text, VolSample type, uint64_t *bits)
 {
-    size_t n = strlen(text), end = bytes->size < within ? bytes->size : within;
-    for (size_t at = 0; at + n <= end; at++)
-        if (memcmp(bytes->data + at, text, n) == 0)
-            return bytes->data + at;
-    return NULL;
+    char *end;
+    *bits = 0;
+    errno = 0;
+    if (type == VOL_SAMPLE_F32) {
+        float value = strtof(text, &end);
+        uint32_t word;
+        memcpy(&word, &value, sizeof word);
+        *bits = word;
+    } else if (type == VOL_SAMPLE_F64) {
+        double value = strtod(text, &end);
+        memcpy(bits, &value, sizeof value);
+    } else if (type == VOL_SAMPLE_U64) {
+        *bits = strtoull(text, &end, 10);
+        if (errno == ERANGE)
+            return false;
+    } else if (type == VOL_SAMPLE_I64) {
+        *bits = (uint64_t)strtoll(text, &end, 10);
+        if (errno == ERANGE)
+            return false;
+    } else {
+        bool wide = type == VOL_SAMPLE_U16 || type == VOL_SAMPLE_U32 || vol_sample_size(type) == 1;
+        long long value = strtoll(text, &end, 10), half = 1ll << (8 * vol_sample_size(type) - 1);
+        if (value < -half || value >= (wide ? 2 * half : half))
+            return false;
+        *bits = (uint64_t)value;
+    }
+    return end > text && !*end;
+}
+
+void vol_vtk_put(unsigned char *out, uint64_t bits, size_t size, bool big_endian)
+{
+    for (size_t i = 0; i < size; i++)
+        out[i] = (unsigned char)(bits >> 8 * (big_endian ? size - 1 - i : i));
+}
+
+bool vol_vtk_word(const VolBytes *bytes, size_t *at, char *word, size_t size)
+{
+    size_t n = 0;
+    while (*at < bytes->size && vol_vtk_space(bytes->data[*at]))
+        ++*at;
+    bool found = *at < bytes->size;
+    for (; *at < bytes->size && !vol_vtk_space(bytes->data[*at]); ++*at)
+        if (n + 1 < size)
+            word[n++] = (char)bytes->data[*at];
+    word[n] = 0;
+    return found;
+}
+
+/* ---- Which format ---- */
+
+static bool begins(const VolBytes *bytes, size_t at, const char *text)
+{
+    size_t n = strlen(text);
+    return at <= bytes->size && bytes->size - at >= n && memcmp(bytes->data + at, text, n) == 0;
+}
+
+/* Behind the next `text`; the end where there is none. */
+static size_t behind(const VolBytes *bytes, size_t at, const char *text)
+{
+    for (; at < bytes->size; at++)
+        if (begins(bytes, at, text))
+            return at + strlen(text);
+    return bytes->size;
+}
+
+/* Behind a document type declaration that begins at `at`: quoted texts, comments and the brackets of its own
+ * declarations may hold any '>'. */
+static size_t skip_doctype(const VolBytes *bytes, size_t at)
+{
+    bool within = false;
+    while (at < bytes->size) {
+        char c = (char)bytes->data[at];
+        char quote[2] = {c, 0};
+        if (c == '>' && !within)
+            return at + 1;
+        if (c == '"' || c == '\'')
+            at = behind(bytes, at + 1, quote);
+        else if (begins(bytes, at, "<!--"))
+            at = behind(bytes, at + 4, "-->");
+        else
+            at++;
+        within = c == '[' || (within && c != ']');
+    }
+    return at;
+}
+
+/* Where the root element of an XML file begins: behind declarations, instructions and comments. */
+static size_t find_root(const VolBytes *bytes)
+{
+    size_t at = begins(bytes, 0, "\xef\xbb\xbf") ? 3 : 0; /* byte order mark */
+    for (;;) {
+        while (at < bytes->size && vol_vtk_space(bytes->data[at]))
+            at++;
+        if (begins(bytes, at, "<!--"))
+            at = behind(bytes, at + 4, "-->");
+        else if (begins(bytes, at, "<?"))
+            at = behind(bytes, at, "?>");
+        else if (begins(bytes, at, "<!DOCTYPE"))
+            at = skip_doctype(bytes, at);
+        else
+            return at;
+    }
+}
+
+bool vol_is_vtk_xml(const VolBytes *bytes)
+{
+    static const char tag[] = "<VTKFile";
+    size_t root = find_root(bytes), end = root + strlen(tag);
+    return begins(bytes, root, tag) && end < bytes->size &&
+           (vol_vtk_space(bytes->data[end]) || bytes->data[end] == '>' || bytes->data[end] == '/');
 }
 
 bool vol_is_vtk_legacy(const VolBytes *bytes)
@@ -22,79 +128,14 @@ bool vol_is_vtk_legacy(const VolBytes *bytes)
     return bytes->size > 14 && memcmp(bytes->data, "# vtk DataFile", 14) == 0;
 }
 
-bool vol_is_vtk_xml(const VolBytes *bytes) { return find_text(bytes, "<VTKFile", 4096) != NULL; }
-
-/* The word in quotes after type= of the VTKFile element, or the word after DATASET; other kinds are named. */
-static VolStatus check_kind(const VolSource *source, bool xml, VolError *err)
+VolStatus vol_read_vtk_xml(const VolSource *source, VolSampled *out, VolError *err)
 {
-    const unsigned char *end = source->bytes->data + source->bytes->size;
-    const unsigned char *at =
-        xml ? find_text(source->bytes, "<VTKFile", 4096) : find_text(source->bytes, "DATASET", 65536);
-    if (at && xml) {
-        VolBytes rest = {(unsigned char *)(uintptr_t)at, (size_t)(end - at)};
-        at = find_text(&rest, "type=", 1024);
-    }
-    char kind[32] = "";
-    if (at) {
-        at += xml ? 6 : 7;
-        while (at < end && *at == ' ')
-            at++;
-        for (size_t n = 0; at < end && n + 1 < sizeof kind && *at > ' ' && *at != '"' && *at != '\''; n++)
-            kind[n] = (char)*at++;
-    }
-    if (strcmp(kind, xml ? "ImageData" : "STRUCTURED_POINTS") == 0)
-        return VOL_OK;
-    if (!*kind)
-        return vol_fail(err, VOL_BAD_INPUT,
-                        "cannot import '%s': truncated: the VTK file does not say what it holds", source->name);
-    return vol_fail(err, VOL_BAD_INPUT,
-                    "cannot import '%s': VTK files of kind '%s' are not read in this version (%s are)",
-                    source->name, kind, xml ? "ImageData" : "STRUCTURED_POINTS");
-}
-
-VolStatus vol_read_vtk(const VolSource *source, bool xml, VolSampled *out, VolError *err)
-{
+    Vti vti;
     *out = (VolSampled){0};
-    const void *table;
-    VolStatus status = check_kind(source, xml, err);
-    if (!status && xml && !find_text(source->bytes, "</VTKFile>", source->bytes->size))
-        status =
-            vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': truncated after %zu bytes: </VTKFile> is missing",
-                     source->name, source->bytes->size);
-    if (!status)
-        status = vol_plugin("vtk", &table, err);
+    VolStatus status = vol_vti_parse(source->bytes, source->name, &vti, err);
     if (status)
         return status;
-
-    const VolVtkAdapter *adapter = table;
-    VolVtkImage image;
-    char why[700] = "";
-    int result = adapter->read_image(source->bytes->data, source->bytes->size, xml, source->options->array,
-                                     source->options->time_step, &image, why, sizeof why);
-    if (result == 2 || (result && vol_memory_is_short(source->bytes->size)))
-        return vol_fail_memory(err, source->bytes->size);
-    if (result == 3)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': damaged, or truncated after %zu bytes: %s",
-                        source->name, source->bytes->size, why);
-    if (result)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s", source->name, why);
-
-    const uint16_t one = 1;
-    out->big_endian = *(const unsigned char *)&one == 0;
-    for (int a = 0; a < 3; a++)
-        out->dims[a] = image.dims[a];
-    memcpy(out->index_to_world.m, image.index_to_world, sizeof image.index_to_world);
-    out->components = image.components;
-    out->times = image.times;
-    vol_sampled_order(out);
-    out->time_stride = 0; /* the adapter has read the step that was asked for */
-    out->bytes = (VolBytes){image.data, image.size};
-    if (!vol_sample_named(image.sample, &out->type))
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': samples '%s' are not known", source->name,
-                        image.sample);
-    int64_t times = out->times;
-    out->times = 1;
-    status = vol_sampled_check(out, source->name, true, err);
-    out->times = times;
+    status = vol_vti_image(&vti, source->options, out, err);
+    vol_vti_free(&vti);
     return status;
 }
