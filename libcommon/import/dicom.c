@@ -165,6 +165,9 @@ static VolStatus read_series(DicomFile *files, size_t count, const VolSource *so
         status = join_slices(&stack, source->name, out, err);
     if (!status) {
         vol_dicom_affine(&stack, source->log, &out->index_to_world);
+        /* Whoever gives the spacing of such an image does not take the file's geometry: its places order the frames. */
+        if (stack.slices[0].file->groups_placed && source->options->spacing_given)
+            memset(out->index_to_world.m[3], 0, sizeof out->index_to_world.m[3]);
         remark(&stack, source);
     }
     free(stack.slices);

@@ -35,7 +35,8 @@ typedef struct DicomFile {
     DicomPlace common;
     DicomPlace *each;    /* of every frame, owned; NULL: `common` holds for all */
     size_t each_count;
-    bool frames_placed;  /* positions are those of frames, not of the first one */
+    bool frames_placed;  /* positions are those of frames, not of the first one, */
+    bool groups_placed;  /* and come from functional groups */
     double *offsets;     /* of the frames along the normal (RT Dose), owned */
     size_t offset_count;
     const unsigned char *pixels; /* within the file's bytes */

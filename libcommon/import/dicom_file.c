@@ -330,7 +330,8 @@ static VolStatus read_item(Cursor *c, bool open, Level level, DicomFile *file, D
         bool position = e.tag == TAG(0x0020, 0x0032) || e.tag == TAG(0x0020, 0x9301);
         if (level == MACRO || position || e.tag == TAG(0x0020, 0x0037))
             take_place(c, &e, place);
-        file->frames_placed = file->frames_placed || (level == MACRO && position);
+        file->groups_placed = file->groups_placed || (level == MACRO && position);
+        file->frames_placed = file->frames_placed || file->groups_placed;
     }
     return open ? truncated(c, err) : VOL_OK;
 }

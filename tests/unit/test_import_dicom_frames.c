@@ -243,7 +243,10 @@ static void test_spacing_option(void)
     VolImportOptions longer = plain;
     longer.spacing_given = true;
     longer.spacing = vol_vec3(4, 5, 6);
-    check_image(&usual, &longer, 4, (double[]){4, 0, 0, 0, 5, 0, 0, 0, 6, 1, 2, 3}, in_order);
+    check_image(&usual, &longer, 4, (double[]){4, 0, 0, 0, 5, 0, 0, 0, 6, 0, 0, 0}, in_order);
+    longer.origin_given = true;
+    longer.origin = vol_vec3(7, 8, 9);
+    check_image(&usual, &longer, 4, (double[]){4, 0, 0, 0, 5, 0, 0, 0, 6, 7, 8, 9}, in_order);
 }
 
 static void test_contradictions(void)
