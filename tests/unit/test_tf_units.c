@@ -24,7 +24,10 @@ static VolTfCompiled compiled(const char *text)
     return c;
 }
 
-static double line_at(const VolLinear *line, const VolTfInterval *in, double v) { return line->a + line->b * (v - in->v_ref); }
+static double line_at(const VolLinear *line, const VolTfInterval *in, double v)
+{
+    return line->a + line->b * (v - in->v_ref);
+}
 
 static const VolTfInterval *interval_at(const VolTfCompiled *c, double v) { return &c->intervals[vol_tf_interval(c, v)]; }
 
@@ -60,7 +63,8 @@ static void what_is_within_limits_stays_as_it_is(void)
 static void extinction_is_limited_and_proportions_stay(void)
 {
     static const double voxels[] = {1e-6, 0.25, 1, 1000};
-    const char text[] = HEAD ", \"interpolate\": \"extinction\", \"particle_step\": 1e-30, \"scatter\": [[0, 0.5], [1, 0.9]], "
+    const char text[] = HEAD ", \"interpolate\": \"extinction\", \"particle_step\": 1e-30, "
+                             "\"scatter\": [[0, 0.5], [1, 0.9]], "
                              "\"absorb\": [[0, 0.9, [1, 0.5, 0.25]], [1, 0.9, [1, 0.5, 0.25]]]}";
     for (size_t n = 0; n < sizeof voxels / sizeof *voxels; n++) {
         VolTfCompiled before = compiled(text), after = compiled(text);
@@ -85,7 +89,8 @@ static void extinction_is_limited_and_proportions_stay(void)
 static void slopes_are_numbers(void)
 {
     VolTfCompiled c = compiled(HEAD ", \"interpolate\": \"extinction\", \"particle_step\": 1e-38, \"scalar_step\": 1e-38, "
-                                    "\"scatter\": [[0, 0], [1e-12, 0.9], [1, 0.9]], \"surface\": [[0, 0], [1e-12, 0.9], [1, 0]]}");
+                                    "\"scatter\": [[0, 0], [1e-12, 0.9], [1, 0.9]], "
+                                    "\"surface\": [[0, 0], [1e-12, 0.9], [1, 0]]}");
     vol_tf_limit(&c, 0.5);
     for (size_t i = 0; i <= c.knot_count; i++) {
         CHECK(slope(c.intervals[i].scatter) < 1e37);
