@@ -60,6 +60,12 @@ static uint64_t add_points(const VolBytes *bytes, Plot3d how, uint64_t *blocks)
     return sum;
 }
 
+/* As many bytes as that, or, of large files, a few more. */
+static bool is_size(const VolBytes *bytes, uint64_t wanted, uint64_t points)
+{
+    return bytes->size >= wanted && bytes->size - wanted <= (points >= 4096 ? 1024 : 0);
+}
+
 /* A grid has three coordinates a point, perhaps with a mark for blank ones; a solution four numbers a block and
  * five a point: floats or doubles. */
 static bool is_plot3d_as(const VolBytes *bytes, Plot3d how)
@@ -69,9 +75,9 @@ static bool is_plot3d_as(const VolBytes *bytes, Plot3d how)
         return false;
     uint64_t head = 12 * blocks + marks + (how.many ? 4 + marks : 0);
     for (uint64_t size = 4; size <= 8; size += 4)
-        if (bytes->size == head + blocks * marks + 3 * size * points ||
-            bytes->size == head + blocks * marks + (3 * size + 4) * points ||
-            bytes->size == head + blocks * (2 * marks + 4 * size) + 5 * size * points)
+        if (is_size(bytes, head + blocks * marks + 3 * size * points, points) ||
+            is_size(bytes, head + blocks * marks + (3 * size + 4) * points, points) ||
+            is_size(bytes, head + blocks * (2 * marks + 4 * size) + 5 * size * points, points))
             return true;
     return false;
 }
