@@ -345,7 +345,6 @@ static void test_damage(void)
     } cases[] = {
         {"sizes: 2 1 1 1\nencoding: raw\n\n12", "more sizes than dimensions"},
         {"sizes: 2 1 1\nencoding: raw\nspacings: 1 1\n\n12", "fewer spacings than dimensions"},
-        {"sizes: 2 1 1\nencoding: raw\nspacings: 1 1 0\n\n12", "the spacing along z is zero (give --spacing)"},
         {"sizes: 2 1 1\nencoding: raw\nspacings: 1 1 inf\n\n12", "'spacings: 1 1 inf'"},
         {"sizes: 2 1 1\nencoding: raw\nspacings: 1 1 x\n\n12", "'spacings: 1 1 x'"},
         {"sizes: 2 1 1\nencoding: raw\ncenters: cell corner cell\n\n12", "'centers: cell corner cell'"},
