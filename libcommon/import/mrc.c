@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/fmath.h"
+#include "base/half.h"
 #include "import/readers.h"
 
 enum { HEADER = 1024 };
@@ -87,15 +88,6 @@ static VolStatus read_mode(const unsigned char *p, const char *name, VolSampled 
                     mode);
 }
 
-static float float_of_half(uint16_t half)
-{
-    int exponent = half >> 10 & 31, fraction = half & 1023;
-    double size = exponent == 0    ? ldexp(fraction, -24)
-                  : exponent == 31 ? (fraction ? (double)NAN : (double)INFINITY)
-                                   : ldexp(fraction + 1024, exponent - 25);
-    return (float)(half & 0x8000 ? -size : size);
-}
-
 /* The samples unpacked to `type`, in this machine's order; the packed ones were found to be there. */
 static VolStatus unpack(int32_t mode, VolSampled *out, VolError *err)
 {
@@ -106,7 +98,7 @@ static VolStatus unpack(int32_t mode, VolSampled *out, VolError *err)
         return vol_fail_memory(err, nx * rows * size);
     const unsigned char *from = out->bytes.data + out->offset;
     for (size_t n = 0; mode == MODE_HALF && n < nx * rows; n++) {
-        float value = float_of_half(vol_get_u16(from + 2 * n, out->big_endian));
+        float value = vol_half_to_float(vol_get_u16(from + 2 * n, out->big_endian));
         memcpy(to + size * n, &value, size);
     }
     for (size_t row = 0; mode == MODE_4BIT && row < rows; row++)

@@ -9,27 +9,10 @@
 #include <string.h>
 #include <zlib.h>
 
+#include "base/half.h"
 #include "base/refusals.h"
 
 /* ---- numbers ---- */
-
-static float half_to_float(uint16_t half)
-{
-    uint32_t sign = (uint32_t)(half & 0x8000u) << 16, rest = half & 0x7fffu, bits;
-    float value;
-    if (rest >= 0x7c00u) { /* infinite or NaN */
-        bits = sign | 0x7f800000u | (rest & 0x3ffu) << 13;
-    } else {
-        float magnitude; /* the exponent's bias is 15 here, 127 there: right for subnormal numbers too */
-        bits = rest << 13;
-        memcpy(&magnitude, &bits, sizeof magnitude);
-        magnitude *= 0x1p112f;
-        memcpy(&bits, &magnitude, sizeof bits);
-        bits |= sign;
-    }
-    memcpy(&value, &bits, sizeof value);
-    return value;
-}
 
 static uint16_t load_half(const unsigned char *p) { return (uint16_t)(p[0] | p[1] << 8); }
 
@@ -51,7 +34,7 @@ void vol_vdb_to_floats(const VdbTreeKind *kind, const void *values, size_t count
     case VOL_VALUE_VEC3S: memcpy(out, from, n * sizeof *out); return;
     case VOL_VALUE_DOUBLE:
     case VOL_VALUE_VEC3D: CONVERT(double, (float)v);
-    case VOL_VALUE_HALF: CONVERT(uint16_t, half_to_float(v));
+    case VOL_VALUE_HALF: CONVERT(uint16_t, vol_half_to_float(v));
     case VOL_VALUE_INT32:
     case VOL_VALUE_VEC3I: CONVERT(int32_t, (float)(double)v);
     case VOL_VALUE_INT64: CONVERT(int64_t, (float)(double)v);
@@ -68,7 +51,7 @@ void vol_vdb_to_doubles(const VdbTreeKind *kind, const void *values, size_t coun
     case VOL_VALUE_VEC3S: CONVERT(float, (double)v);
     case VOL_VALUE_DOUBLE:
     case VOL_VALUE_VEC3D: memcpy(out, from, n * sizeof *out); return;
-    case VOL_VALUE_HALF: CONVERT(uint16_t, (double)half_to_float(v));
+    case VOL_VALUE_HALF: CONVERT(uint16_t, (double)vol_half_to_float(v));
     case VOL_VALUE_INT32:
     case VOL_VALUE_VEC3I: CONVERT(int32_t, (double)v);
     case VOL_VALUE_INT64: CONVERT(int64_t, (double)v);
@@ -81,7 +64,7 @@ static void widen_halves(const VdbTreeKind *kind, const unsigned char *from, siz
 {
     for (size_t i = 0; i < n; i++) {
         uint16_t half = load_half(from + 2 * i);
-        float single = half_to_float(half);
+        float single = vol_half_to_float(half);
         double wide = (double)single;
         const void *value = kind->component_size == 2 ? (const void *)&half
                             : kind->component_size == 4 ? (const void *)&single : (const void *)&wide;

@@ -6,9 +6,9 @@
  * sigma_0 and sigma_1 being the extinction at its ends; the largest over l up to an edge of a voxel counts.  Colours and
  * emission count likewise by their change across the interval.  A soft surface of depth M across the interval changes it by
  * (1 - exp(-M)) / w or by its extinction, whichever is less; nobody sees it but through the surfaces of an interval beside
- * it.  The product of the greatest such sensitivity in a brick's range and u times the brick's largest magnitude estimates
- * what float makes of the brick.  Where it is above LIMIT, rays that come there are traced in double: all of each such ray,
- * so that its result depends on the ray alone.
+ * it, or where a ray begins in it.  The product of the greatest such sensitivity in a brick's range and u times the
+ * brick's largest magnitude estimates what float makes of the brick.  Where it is above LIMIT, rays that come there are
+ * traced in double: all of each such ray, so that its result depends on the ray alone.
  *
  * Intervals that are only a few units in the last place of v wide count together instead: rounding shifts each of their
  * ends for itself, and what it takes from one it does not give to the next, so that the errors of a narrow spike of many

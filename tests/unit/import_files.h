@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include "import/import.h"
 #include "io/in.h"
@@ -26,6 +27,22 @@ __attribute__((unused)) static void put(Block *b, const void *data, size_t size)
 }
 
 __attribute__((unused)) static void put_text(Block *b, const char *text) { put(b, text, strlen(text)); }
+
+/* As a gzip or a zlib stream. */
+__attribute__((unused)) static void put_packed(Block *b, const void *data, size_t size, bool gzip)
+{
+    z_stream z = {0};
+    if (deflateInit2(&z, 9, Z_DEFLATED, gzip ? 31 : 15, 8, Z_DEFAULT_STRATEGY) != Z_OK)
+        abort();
+    z.next_in = (Bytef *)(uintptr_t)data;
+    z.avail_in = (uInt)size;
+    z.next_out = b->data + b->size;
+    z.avail_out = (uInt)(sizeof b->data - b->size);
+    if (deflate(&z, Z_FINISH) != Z_STREAM_END)
+        abort();
+    b->size += z.total_out;
+    deflateEnd(&z);
+}
 
 /* The low `size` bytes of v in either order. */
 __attribute__((unused)) static void put_int(Block *b, uint64_t v, int size, bool big)

@@ -1,5 +1,4 @@
 /* The importers, on tiny files of each format: values, spacing, orientation with shear, and damage. */
-#include <zlib.h>
 
 #include "import_files.h"
 
@@ -11,22 +10,6 @@ static void put_counting(Block *b, int count, int size, bool big)
 {
     for (int i = 0; i < count; i++)
         put_int(b, (uint64_t)i, size, big);
-}
-
-/* As a gzip or a zlib stream. */
-static void put_packed(Block *b, const void *data, size_t size, bool gzip)
-{
-    z_stream z = {0};
-    if (deflateInit2(&z, 9, Z_DEFLATED, gzip ? 31 : 15, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-        abort();
-    z.next_in = (Bytef *)(uintptr_t)data;
-    z.avail_in = (uInt)size;
-    z.next_out = b->data + b->size;
-    z.avail_out = (uInt)(sizeof b->data - b->size);
-    if (deflate(&z, Z_FINISH) != Z_STREAM_END)
-        abort();
-    b->size += z.total_out;
-    deflateEnd(&z);
 }
 
 /* ---- NIfTI ---- */

@@ -1,6 +1,5 @@
 /* NRRD in the many spellings that teem reads, its encodings and its files beside the header. */
 #include <bzlib.h>
-#include <zlib.h>
 
 #include "import_files.h"
 
@@ -14,20 +13,7 @@ static void put_counting(Block *b, int from, int count, int size)
         put_int(b, (uint64_t)i, size, false);
 }
 
-static void put_gzip(Block *b, const void *data, size_t size)
-{
-    z_stream z = {0};
-    if (deflateInit2(&z, 9, Z_DEFLATED, 31, 8, Z_DEFAULT_STRATEGY) != Z_OK)
-        abort();
-    z.next_in = (Bytef *)(uintptr_t)data;
-    z.avail_in = (uInt)size;
-    z.next_out = b->data + b->size;
-    z.avail_out = (uInt)(sizeof b->data - b->size);
-    if (deflate(&z, Z_FINISH) != Z_STREAM_END)
-        abort();
-    b->size += z.total_out;
-    deflateEnd(&z);
-}
+static void put_gzip(Block *b, const void *data, size_t size) { put_packed(b, data, size, true); }
 
 static void put_bzip2(Block *b, const void *data, size_t size)
 {
