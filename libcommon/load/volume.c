@@ -2,11 +2,13 @@
 
 #include <inttypes.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <string.h>
 
 typedef struct Loading {
     const VolVdbEntry *entry;
     bool as_double;
+    atomic_bool lost; /* float does not hold one of the values: all was in vain */
     int threads;
     VolGridSource source;
     VolGridBuilder *builder;
@@ -37,6 +39,15 @@ static VolStatus settle_domain(Loading *loading, const VolVdbGridInfo *info, Vol
     return VOL_OK;
 }
 
+static bool float_holds(double value) { return isnan(value) || (double)(float)value == value; }
+
+/* There is no use in going on. */
+static VolStatus give_up(Loading *loading, VolError *err)
+{
+    atomic_store_explicit(&loading->lost, true, memory_order_relaxed);
+    return vol_fail(err, VOL_BAD_INPUT, "its values do not fit into float");
+}
+
 static VolStatus begin(void *user, const VolVdbGridInfo *info, VolError *err)
 {
     Loading *loading = user;
@@ -46,6 +57,8 @@ static VolStatus begin(void *user, const VolVdbGridInfo *info, VolError *err)
     loading->source.as_double = loading->as_double;
     loading->source.active_voxels = info->active_voxels;
     loading->source.threads = loading->threads;
+    if (!loading->as_double && !float_holds(info->background[0]))
+        return give_up(loading, err);
     VolStatus status = settle_domain(loading, info, err);
     return status ? status : vol_grid_begin(&loading->source, &loading->builder, err);
 }
@@ -64,11 +77,25 @@ static VolStatus leaf_float(void *user, const int32_t origin[3], const float *va
 static VolStatus leaf_double(void *user, const int32_t origin[3], const double *values, const uint64_t active[8],
                              VolError *err)
 {
-    return vol_grid_leaf(((Loading *)user)->builder, origin, NULL, values, active, err);
+    enum { COUNT = 512 };
+    Loading *loading = user;
+    float narrow[COUNT];
+    bool held = true;
+    if (loading->as_double)
+        return vol_grid_leaf(loading->builder, origin, NULL, values, active, err);
+    for (int n = 0; n < COUNT; n++) {
+        narrow[n] = (float)values[n];
+        held = held && float_holds(values[n]);
+    }
+    if (!held || atomic_load_explicit(&loading->lost, memory_order_relaxed))
+        return give_up(loading, err);
+    return vol_grid_leaf(loading->builder, origin, narrow, NULL, active, err);
 }
 
 static VolStatus tile(void *user, const int32_t origin[3], int32_t size, const double value[3], bool active, VolError *err)
 {
+    if (!((Loading *)user)->as_double && !float_holds(value[0]))
+        return give_up(user, err);
     return vol_grid_tile(((Loading *)user)->builder, origin, size, value[0], active, err);
 }
 
@@ -99,23 +126,18 @@ static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
     return VOL_OK;
 }
 
-static VolStatus load_entry(const VolVdb *vdb, size_t index, bool as_double, bool last, int threads, VolGrid **out,
-                            VolError *err)
+/* `wide`: of a type that float may not hold.  `*lost`: it does not. */
+static VolStatus load_entry(const VolVdb *vdb, size_t index, bool wide, bool as_double, int threads, VolGrid **out,
+                            bool *lost, VolError *err)
 {
     Loading loading = {.entry = vol_vdb_entry(vdb, index), .as_double = as_double, .threads = threads};
-    VolVdbVisitor visitor = {begin, leaf_float, as_double ? leaf_double : NULL, tile, place, threads, last};
+    VolVdbVisitor visitor = {begin, leaf_float, wide ? leaf_double : NULL, tile, place, threads, as_double || !wide};
     VolStatus status = vol_vdb_visit(vdb, index, &visitor, &loading, err);
+    *lost = loading.lost;
     if (!status)
         return vol_grid_finish(loading.builder, out, err);
     vol_grid_builder_free(loading.builder);
     return status;
-}
-
-/* Whether values of double may have been lost in float: too large, they look like holes; too small, like 0. */
-static bool float_may_lose(const VolGrid *grid)
-{
-    double lo, hi;
-    return grid->bad_voxels || !vol_grid_range(grid, &lo, &hi) || fmax(fabs(lo), fabs(hi)) < 0x1p-100;
 }
 
 VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
@@ -129,16 +151,12 @@ VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_do
     const VolVdbEntry *entry = vol_vdb_entry(vdb, index);
     VolVdbValue value = vol_vdb_value(entry);
     bool wide = value == VOL_VALUE_DOUBLE || value == VOL_VALUE_INT32 || value == VOL_VALUE_INT64;
-    /* A grid of doubles may have to be read again. */
-    bool as_double = keep_double && wide, last = as_double || value != VOL_VALUE_DOUBLE;
+    bool lost = false;
     status = check_entry(entry, err);
     if (!status)
-        status = load_entry(vdb, index, as_double, last, threads, out, err);
-    if (!status && !last && float_may_lose(*out)) {
-        vol_grid_free(*out);
-        *out = NULL;
-        status = load_entry(vdb, index, true, true, threads, out, err);
-    }
+        status = load_entry(vdb, index, wide, wide && keep_double, threads, out, &lost, err);
+    if (lost)
+        status = load_entry(vdb, index, true, true, threads, out, &lost, err);
     if (status) {
         char label[VOL_VDB_LABEL];
         vol_vdb_label(vdb, index, label, sizeof label);

@@ -8,10 +8,10 @@
 #include "io/vdb.h"
 #include "tf/foreign.h"
 
-/* `grid_name` NULL: "density", else the only scalar grid.  `keep_double`: values that float cannot hold (double and
- * integer grids) are kept in double.  Not scalar, singular transform: VOL_BAD_INPUT.  Nothing active, several grids
- * of that name, voxels that are NaN or infinite: a warning each.  What comes out does not depend on `threads`.  Nothing else
- * can be read from the VDB afterwards: its memory is given back on the way. */
+/* `grid_name` NULL: "density", else the only scalar grid.  Grids of doubles or integers are kept in double where float does
+ * not hold all of their values, with `keep_double` always.  Not scalar, singular transform: VOL_BAD_INPUT.  Nothing active,
+ * several grids of that name, voxels that are NaN or infinite: a warning each.  What comes out does not depend on `threads`.
+ * Nothing else can be read from the VDB afterwards: its memory is given back on the way. */
 VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
                           VolGrid **out, VolError *err);
 

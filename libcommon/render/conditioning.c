@@ -15,7 +15,11 @@
  * intervals add up.
  *
  * Jumps do not count, neither do isosurfaces: their places are off by what v is, in either precision, and which surfaces
- * are met is judged by comparisons that do not round. */
+ * are met is judged by comparisons that do not round.
+ *
+ * A field of doubles is rounded twice, as it is taken to float and then on the way.  With the first, voxels may change sides
+ * (sides.c), and the slope of the field changes by up to 2 u |v| a voxel edge, against that of the brick's range: the slope
+ * says how surfaces are shaded, and whether a ray touches them. */
 #include "render/conditioning.h"
 
 #include <math.h>
@@ -24,6 +28,7 @@
 
 #include "base/fmath.h"
 #include "base/mem.h"
+#include "render/sides.h"
 
 #define LIMIT 1e-5
 #define UNIT_ROUNDOFF 0x1p-24
@@ -145,9 +150,21 @@ static double greatest_between(const Sensitivities *s, size_t first, size_t last
     return fmax(s->level[level][first], s->level[level][last + 1 - ((size_t)1 << level)]);
 }
 
-static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, const VolBrick *brick)
+/* Whether there are surfaces of either kind among the brick's values. */
+static bool has_surfaces(const VolTfCompiled *tf, const VolBrick *brick, size_t first, size_t last)
 {
-    double largest = fmax(fabs(brick->lo), fabs(brick->hi));
+    bool some = false;
+    for (size_t n = 0; n < tf->delta_count && !some; n++)
+        some = tf->deltas[n].value >= brick->lo && tf->deltas[n].value <= brick->hi;
+    for (size_t j = first; j <= last && tf->has_surface && !some; j++)
+        some = tf->intervals[j].has_surface;
+    return some;
+}
+
+/* `rounded`: the field is of doubles. */
+static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, const VolBrick *brick, bool rounded)
+{
+    double largest = fmax(fabs(brick->lo), fabs(brick->hi)), change = brick->hi - brick->lo;
     if (!(brick->lo < brick->hi))
         return false;
     if (largest > MOST_SAFE)
@@ -156,7 +173,9 @@ static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, co
     double greatest = fmax(greatest_between(s, first, last), s->narrow[last + 1] - s->narrow[first]);
     if (first == last) /* rays begin in it */
         greatest = fmax(greatest, surface_sensitivity(&scene->tf->intervals[first], 1));
-    double effect = greatest * largest;
+    if (rounded && 4 * UNIT_ROUNDOFF * largest > LIMIT * change && has_surfaces(scene->tf, brick, first, last))
+        return true;
+    double effect = (rounded ? 2 : 1) * greatest * largest;
     return effect * UNIT_ROUNDOFF > LIMIT || (largest < LEAST_SAFE && effect > LIMIT);
 }
 
@@ -164,8 +183,11 @@ VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err)
 {
     const VolGrid *grid = scene->grid;
     Sensitivities s;
+    VolSides *sides = NULL;
     size_t found = 0;
     VolStatus status = measure(scene->tf, grid->voxel, &s, err);
+    if (!status && grid->is_double)
+        status = vol_sides_new(scene->tf, &sides, err);
     uint8_t *ill = status ? NULL : vol_alloc_zero(grid->brick_count, 1);
     if (!status && !ill)
         status = vol_fail_memory(err, grid->brick_count);
@@ -173,10 +195,14 @@ VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err)
     /* Gradients reach into the bricks beside. */
     bool all = vol_grid_range(grid, &lo, &hi) && scene->shaded && fmax(fabs(lo), fabs(hi)) > MOST_SAFE;
     for (size_t b = 0; b < grid->brick_count && !status; b++) {
-        ill[b] = scene->brick_visible[b] != VOL_BRICK_LEFT_OUT && (all || is_ill_conditioned(scene, &s, &grid->bricks[b]));
+        const VolBrick *brick = &grid->bricks[b];
+        ill[b] = scene->brick_visible[b] != VOL_BRICK_LEFT_OUT &&
+                 (all || is_ill_conditioned(scene, &s, brick, sides != NULL) ||
+                  (sides && vol_sides_change(sides, grid, brick)));
         found += ill[b];
     }
     sensitivities_free(&s);
+    vol_sides_free(sides);
     if (!found) {
         free(ill);
         ill = NULL;

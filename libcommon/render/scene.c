@@ -128,11 +128,10 @@ static void cut(double a, double b, double *t0, double *t1)
 bool vol_ray_clip(const VolScene *scene, VolRay *ray)
 {
     const VolGrid *grid = scene->grid;
-    VolVec3 o = vol_apply(&grid->world_to_index, ray->origin);
-    VolVec3 d = vol_apply_linear(&grid->world_to_index, ray->direction);
-    double os[3] = {o.x, o.y, o.z}, ds[3] = {d.x, d.y, d.z};
+    double os[3], ds[3];
     if (grid->empty)
         return false;
+    walk_ray(grid, ray, os, ds);
     for (int a = 0; a < 3; a++) {
         if (ds[a] == 0) {
             if (!(os[a] >= grid->domain_min[a] && os[a] <= grid->domain_max[a]))

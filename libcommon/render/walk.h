@@ -93,13 +93,28 @@ static inline double walk_exit(const Walk *w, int32_t size)
     return t;
 }
 
+/* The ray in index space.  Where it runs along a plane of voxels and lies in it but for rounding, it lies in it: else what
+ * is said of the plane alone, a plateau at an isosurface's value, would be lost to the voxels beside it. */
+static inline void walk_ray(const VolGrid *grid, const VolRay *ray, double os[3], double ds[3])
+{
+    const double(*m)[3] = grid->world_to_index.m;
+    VolVec3 o = vol_apply(&grid->world_to_index, ray->origin);
+    VolVec3 d = vol_apply_linear(&grid->world_to_index, ray->direction);
+    os[0] = o.x, os[1] = o.y, os[2] = o.z;
+    ds[0] = d.x, ds[1] = d.y, ds[2] = d.z;
+    for (int a = 0; a < 3; a++) {
+        double terms = fabs(ray->origin.x * m[0][a]) + fabs(ray->origin.y * m[1][a]) + fabs(ray->origin.z * m[2][a]);
+        double plane = floor(os[a] + 0.5);
+        if (ds[a] == 0 && fabs(os[a] - plane) <= 0x1p-47 * (terms + fabs(m[3][a])))
+            os[a] = plane;
+    }
+}
+
 /* Bricks outside the box around the visible ones are never looked at. */
 static inline void walk_begin(Walk *w, const VolScene *scene, const VolRay *ray)
 {
-    const VolGrid *grid = scene->grid;
-    VolVec3 o = vol_apply(&grid->world_to_index, ray->origin);
-    VolVec3 d = vol_apply_linear(&grid->world_to_index, ray->direction);
-    double os[3] = {o.x, o.y, o.z}, ds[3] = {d.x, d.y, d.z};
+    double os[3], ds[3];
+    walk_ray(scene->grid, ray, os, ds);
     w->scene = scene;
     w->t = w->start = ray->t0;
     w->end = ray->t1;
