@@ -624,6 +624,8 @@ static void put_plot3d(Block *b, bool big, bool records, int blocks, bool soluti
     }
 }
 
+#define TEXT(s) s, sizeof(s) - 1
+
 static void test_unread(void)
 {
     static Block b;
@@ -640,19 +642,19 @@ static void test_unread(void)
         size_t size;
         const char *says;
     } rows[] = {
-        {"a", "CDF\1\0\0\0\0\0\0\0\12\0\0\0\2\0\0\0\12len_string\0\0num_dim\0\0", 44, "it is an Exodus mesh (netCDF),"},
-        {"a", "CDF\2\0\0\0\0\0\0\0\12\0\0\0\1\0\0\0\4time", 24, "it is netCDF (as are Exodus meshes),"},
-        {"a", "CDF\5\0\0\0\0\0\0\0\0num_nodes", 21, "it is an Exodus mesh (netCDF),"},
-        {"a", "\x89HDF\r\n\x1a\n\0\0\0\0", 12, "it is HDF5 (as are netCDF 4 and VTKHDF),"},
-        {"a", "\x89HDF\r\n\x1a\n\0\0\0\0 VTKHDF", 19, "it is a VTKHDF file (HDF5),"},
-        {"a", "\x89HDF\r\n\x1a\n\0\0\0\0 num_nodes", 22, "it is an Exodus mesh (netCDF in HDF5),"},
-        {"a", "# made by x\n\nFORMAT\n type:   ensight gold\nGEOMETRY\n", 50, "it is an EnSight case file,"},
-        {"a", "C Binary\0\0\0\0\0\0", 14, "it is an EnSight geometry file,"},
-        {"a.XYZ", "2 2 2\n1 2 3\n", 12, "its name says PLOT3D, which is not read in this version"},
-        {"a.q", "2 2 2\n1 2 3\n", 12, "its name says PLOT3D,"},
-        {"a.exo", "hello", 5, "its name says Exodus,"},
-        {"a", "FORMAT\nof\n", 10, "unknown format"},
-        {"a", "CDF\3", 4, "unknown format"},
+        {"a", TEXT("CDF\1\0\0\0\0\0\0\0\12\0\0\0\2\0\0\0\12len_string\0\0num_dim\0\0"), "it is an Exodus mesh (netCDF),"},
+        {"a", TEXT("CDF\2\0\0\0\0\0\0\0\12\0\0\0\1\0\0\0\4time"), "it is netCDF (as are Exodus meshes),"},
+        {"a", TEXT("CDF\5\0\0\0\0\0\0\0\0num_nodes"), "it is an Exodus mesh (netCDF),"},
+        {"a", TEXT("\x89HDF\r\n\x1a\n\0\0\0\0"), "it is HDF5 (as are netCDF 4 and VTKHDF),"},
+        {"a", TEXT("\x89HDF\r\n\x1a\n\0\0\0\0 VTKHDF"), "it is a VTKHDF file (HDF5),"},
+        {"a", TEXT("\x89HDF\r\n\x1a\n\0\0\0\0 num_nodes"), "it is an Exodus mesh (netCDF in HDF5),"},
+        {"a", TEXT("# made by x\n\nFORMAT\n type:   ensight gold\nGEOMETRY\n"), "it is an EnSight case file,"},
+        {"a", TEXT("C Binary\0\0\0\0\0\0"), "it is an EnSight geometry file,"},
+        {"a.XYZ", TEXT("2 2 2\n1 2 3\n"), "its name says PLOT3D, which is not read in this version"},
+        {"a.q", TEXT("2 2 2\n1 2 3\n"), "its name says PLOT3D,"},
+        {"a.exo", TEXT("hello"), "its name says Exodus,"},
+        {"a", TEXT("FORMAT\nof\n"), "unknown format"},
+        {"a", TEXT("CDF\3"), "unknown format"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         save(rows[i].name, rows[i].text, rows[i].size);
