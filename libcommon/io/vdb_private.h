@@ -2,7 +2,6 @@
 #ifndef VOL_IO_VDB_PRIVATE_H
 #define VOL_IO_VDB_PRIVATE_H
 
-#include "adapters/blosc.h"
 #include "adapters/vdb_adapter.h"
 #include "io/vdb.h"
 
@@ -90,7 +89,6 @@ typedef struct VdbTree {
     VdbCodec codec;
     VdbLeaf *leaves; /* in the file's order; allocated */
     size_t leaf_count;
-    const VolBloscAdapter *blosc; /* NULL where no block is compressed with it, or none is to be unpacked */
 } VdbTree;
 
 uint32_t vol_vdb_load_u32(const unsigned char *p);

@@ -11,6 +11,7 @@
 
 #include "base/half.h"
 #include "base/refusals.h"
+#include "io/blosc.h"
 
 /* ---- numbers ---- */
 
@@ -95,15 +96,19 @@ static void negate(const VdbTreeKind *kind, const unsigned char *from, unsigned 
 /* ---- blocks ---- */
 
 /* Values of one node: far below zlib's 32 bits of length. */
-static bool unzip(const unsigned char *from, size_t size, void *to, size_t to_size)
+static VolStatus unzip(const unsigned char *from, size_t size, void *to, size_t to_size, VolError *err)
 {
     z_stream z = {.next_in = (Bytef *)(uintptr_t)from, .avail_in = (uInt)size, .next_out = to, .avail_out = (uInt)to_size,
                   .zalloc = vol_zlib_alloc, .zfree = vol_zlib_free};
     if (inflateInit(&z) != Z_OK)
-        return false;
-    bool whole = inflate(&z, Z_FINISH) == Z_STREAM_END && z.avail_out == 0;
+        return vol_fail_memory(err, 0);
+    int result = inflate(&z, Z_FINISH);
     inflateEnd(&z);
-    return whole;
+    if (result == Z_MEM_ERROR)
+        return vol_fail_memory(err, 0);
+    if (result != Z_STREAM_END || z.avail_out)
+        return vol_fail(err, VOL_BAD_INPUT, "a compressed block is damaged");
+    return VOL_OK;
 }
 
 /* A block of `count` stored values at byte *at. */
@@ -125,17 +130,12 @@ static VolStatus unpack_block(const VdbTree *tree, size_t *at, size_t count, voi
         memcpy(to, from, bytes);
         return VOL_OK;
     }
-    size_t refusals = vol_refusals();
-    VolBloscResult result;
+    VolStatus status;
     if (codec->compression & VDB_COMPRESS_BLOSC)
-        result = tree->blosc->decompress(from, (size_t)length, to, bytes);
+        status = vol_blosc_unpack(from, (size_t)length, to, bytes, err);
     else
-        result = unzip(from, (size_t)length, to, bytes) ? VOL_BLOSC_DONE : VOL_BLOSC_DAMAGED;
-    if (result == VOL_BLOSC_DONE)
-        return VOL_OK;
-    if (result == VOL_BLOSC_NO_MEMORY || vol_refusals() != refusals)
-        return vol_fail_memory(err, 0);
-    return vol_fail(err, VOL_BAD_INPUT, "byte %zu: a compressed block is damaged", (size_t)(from - tree->data));
+        status = unzip(from, (size_t)length, to, bytes, err);
+    return status == VOL_BAD_INPUT ? vol_fail_within(err, status, "byte %zu", (size_t)(from - tree->data)) : status;
 }
 
 /* ---- nodes ---- */

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "base/plugin.h"
 #include "base/pool.h"
 
 enum { LEAVES_PER_ITEM = 128 };
@@ -318,11 +317,6 @@ VolStatus vol_vdb_visit(const VolVdb *vdb, size_t index, const VolVdbVisitor *vi
     VolStatus status = can_visit(vdb, grid, err);
     if (!status)
         status = vol_vdb_checked_tree(vdb, index, &visit.tree, err);
-    if (!status && (visit.tree.codec.compression & VDB_COMPRESS_BLOSC)) {
-        const void *blosc = NULL;
-        status = vol_plugin("blosc", &blosc, err);
-        visit.tree.blosc = blosc;
-    }
     for (size_t i = 0; i < vdb->count && !status && visitor->last; i++)
         vdb->grids[i].gone = true;
     if (!status)

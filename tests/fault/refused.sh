@@ -1,10 +1,12 @@
-# One allocation fails, whoever makes it: exit 5 and no output, or the very same output.  Jobs without Blosc, which works on
-# through a null pointer; the loader's own end is exit 127, of libraries that it is about to bind.
+# One allocation fails, whoever makes it: exit 5 and no output, or the very same output.  Volumes are read whatever
+# packed them, but written without Blosc, which works on through a null pointer; the loader's own end is exit 127, of
+# libraries that it is about to bind.
 [ "${SANITIZED:-0}" = 0 ] || exit 77
 . "$TESTS/lib.sh"
 shim=$OUT/tests/shims/fail_malloc.so
 
 must vol-gen field torus --size 12 --compression zip -o torus.vdb
+must vol-gen field torus --size 12 -o blosc.vdb
 printf '%s\n' '{"pellucid": "transfer-function/1", "scatter": [[0, 0], [1, 0.5, [1, 0.5, 0]]],' \
     ' "surface": [[0.2, 0], [0.4, 0.5], [0.6, 0]], "isosurfaces": [{"value": 0.5, "opacity": 0.5}]}' >tf.json
 must vol-render -t tf.json --size 4x4 -o a.exr torus.vdb
@@ -38,6 +40,8 @@ refused 'tf-preint' 1 tf-preint -j1 --size 9 tf.json
 refused 'vol-info, a volume' 1 vol-info --json torus.vdb
 refused 'vol-info, a picture' 1 vol-info --json a.exr
 refused 'vol-info, as text' 1 vol-info torus.vdb
+refused 'vol-info, Blosc' 1 vol-info --json blosc.vdb
+refused 'vol-render, Blosc' 3 vol-render -j2 -t tf.json --size 4x4 blosc.vdb
 refused 'vol-render' 3 vol-render -j1 -t tf.json --size 4x4 --aov Z,normal torus.vdb
 refused 'vol-gen, zip' 1 vol-gen -j1 field torus --size 12 --compression zip
 refused 'vol-import, packed' 3 vol-import -j1 --compression none a.nrrd
