@@ -11,7 +11,7 @@
 void shell_say(const char *program, const char *severity, const char *text);
 
 /* INT, TERM, HUP and PIPE: temporaries are unlinked, then the signal does what it does by default.  An abort() within the
- * loading of an adapter becomes exit code 5. */
+ * loading of an adapter, or after a refusal of memory, becomes exit code 5. */
 void shell_catch_signals(const char *name);
 
 /* Does work(user) on a stack that is large enough, whatever `ulimit -s` says; VOL_NOMEM where there is none. */

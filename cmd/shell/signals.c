@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include "base/plugin.h"
+#include "base/refusals.h"
 #include "cmd/shell/shell.h"
 #include "io/out.h"
 
@@ -17,19 +18,25 @@ static void clean_up_and_die(int number)
     raise(number);
 }
 
-/* The initialisers of C++ libraries know no other way to say that they got no memory or no thread. */
+static void say_and_exit(const char *const *words)
+{
+    for (; *words; words++)
+        if (write(STDERR_FILENO, *words, strlen(*words)) < 0)
+            break;
+    _exit(VOL_NOMEM);
+}
+
+/* The initialisers of C++ libraries know no other way to say that they got no memory or no thread, and others end in an
+ * assertion when they got none. */
 static void tell_of_abort(int number)
 {
     const char *adapter = vol_plugin_being_loaded();
     vol_unlink_temporaries();
-    if (adapter) {
-        const char *const words[] = {program, ": error: cannot load adapter '", adapter,
-                                     "': its libraries gave up, for want of memory or threads\n"};
-        for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-            if (write(STDERR_FILENO, words[i], strlen(words[i])) < 0)
-                break;
-        _exit(VOL_NOMEM);
-    }
+    if (adapter)
+        say_and_exit((const char *const[]){program, ": error: cannot load adapter '", adapter,
+                                           "': its libraries gave up, for want of memory or threads\n", NULL});
+    if (vol_refusals())
+        say_and_exit((const char *const[]){program, ": error: out of memory\n", NULL});
     raise(number); /* by default: SA_RESETHAND */
 }
 

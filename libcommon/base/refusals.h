@@ -6,7 +6,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-size_t vol_refusals(void); /* of the whole process, in mem.h's functions and in those below */
+size_t vol_refusals(void); /* of the whole process, in mem.h's functions and in those below; async-signal-safe */
 void vol_count_refusal(void);
 
 /* Allocators to hand to libraries; what they give is released with free(). */
@@ -16,7 +16,8 @@ void *vol_library_resize(void *old, size_t size);
 void *vol_zlib_alloc(void *opaque, unsigned count, unsigned size);
 void vol_zlib_free(void *opaque, void *block);
 
-/* jansson takes its memory from vol_library_alloc from now on. */
+/* jansson's memory comes from mem.h from now on; the first refusal is counted but made good from a reserve, as jansson
+ * aborts over some. */
 void vol_watch_jansson(void);
 
 /* For libraries that take none of these and report want of memory as damage: whether they will hardly have had `size`

@@ -37,6 +37,12 @@ refused() {
 }
 refused 'exr-join' 1 exr-join -j1 a.exr
 refused 'tf-preint' 1 tf-preint -j1 --size 9 tf.json
+{
+    echo '[{"ColorSpace": "RGB", "Name": "long", "RGBPoints": [0, 0, 0, 0'
+    seq 1 400 | sed 's/.*/, &, 0.123456789012345678, 1, 0.5/'
+    echo '], "Points": [0, 0, 0.5, 0, 400, 1, 0.5, 0]}]'
+} >map.json
+refused 'tf-preint, a map of colours' 1 tf-preint -j1 --size 9 --volume torus.vdb map.json
 refused 'vol-info, a volume' 1 vol-info --json torus.vdb
 refused 'vol-info, a picture' 1 vol-info --json a.exr
 refused 'vol-info, as text' 1 vol-info torus.vdb
