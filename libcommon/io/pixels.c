@@ -45,7 +45,7 @@ static VolStatus take(VolPixels *out, size_t width, size_t height, int channels,
 /* ---- EXR ----------------------------------------------------------------------------------------------------------- */
 
 /* "cannot use EXR 'x': no channels R G B, nor luminance, among Z, id" */
-static VolStatus no_picture(const VolImage *image, const char *name, VolError *err)
+static VolStatus no_picture(const VolImage *image, const VolColors *colors, const char *name, VolError *err)
 {
     char list[200] = "";
     size_t length = 0;
@@ -53,8 +53,12 @@ static VolStatus no_picture(const VolImage *image, const char *name, VolError *e
         for (size_t c = 0; c < image->parts[p].channel_count && length < sizeof list; c++)
             length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", length ? " " : "",
                                        image->parts[p].channels[c].name);
-    return vol_fail(err, VOL_BAD_INPUT, "cannot use EXR '%s': no channels R G B, nor luminance (Y), among %s%s", name, list,
-                    length >= sizeof list ? " ..." : "");
+    const char *what = colors->only_chroma || colors->only_data ? "its channels are"
+                                                                : "no channels R G B, nor luminance (Y), among";
+    const char *why = colors->only_chroma ? ": luminance and chroma (Y, RY, BY) are not read: save it as R, G, B"
+                      : colors->only_data ? ": depth, normals, identities and the like are no picture" : "";
+    return vol_fail(err, VOL_BAD_INPUT, "cannot use EXR '%s': %s %s%s%s", name, what, list,
+                    length >= sizeof list ? " ..." : "", why);
 }
 
 static void tell_choice(const VolImage *image, const VolColors *colors, const char *name, const VolLog *log)
@@ -94,7 +98,7 @@ static VolStatus from_exr(const VolBytes *bytes, const char *name, VolPixelsUse 
     VolColors colors = vol_exr_colors(&image, use);
     const VolPart *part = &image.parts[colors.part];
     size_t width = vol_box2_width(part->data_window), height = vol_box2_height(part->data_window);
-    status = colors.count ? take(out, width, height, colors.count, err) : no_picture(&image, name, err);
+    status = colors.count ? take(out, width, height, colors.count, err) : no_picture(&image, &colors, name, err);
     if (!status) {
         out->window = part->data_window;
         out->frame = part->display_window;

@@ -26,8 +26,9 @@ typedef enum VolPixelsUse {
 
 /* Colours come out linear Rec.709: pictures of 8 or 16 unsigned bits are decoded from sRGB (unless they say they are linear)
  * to 0..1, then multiplied by alpha where the file's are not.  Grey with alpha becomes RGBA.
- * NaN and infinities are left as they are.  EXR: R G B [A] of the first part or layer that has them, else luminance, else,
- * but for VOL_PIXELS_COLOR, a channel that is alone; a note says which, a warning where others could have been meant.
+ * NaN and infinities are left as they are.  EXR: R G B [A] of the first part or layer that has them, else luminance or an R
+ * without G and B, else, but for VOL_PIXELS_COLOR, a channel that is alone or a layer named as depth and other data are; a
+ * note says which, a warning where others could have been meant.
  * `name`: for messages.
  * VOL_BAD_INPUT: not a picture, damaged, or more than 4 channels. */
 VolStatus vol_pixels_read(const VolBytes *bytes, const char *name, VolPixelsUse use, const VolLog *log, VolPixels *out,

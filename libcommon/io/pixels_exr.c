@@ -1,5 +1,6 @@
 #include "io/pixels_exr.h"
 
+#include <ctype.h>
 #include <string.h>
 #include <strings.h>
 
@@ -80,10 +81,61 @@ static bool is_beauty(const char *name, size_t length)
     return one_of(name + start, length - start, names, sizeof names / sizeof *names);
 }
 
-enum { NO_PICTURE = 10 };
+/* The name without case, number at its end, or what stands between words: "AOV_depth01" is depth. */
+static size_t plain_name(const char *name, size_t length, char *plain, size_t room)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < length && n + 1 < room; i++)
+        if (isalnum((unsigned char)name[i]))
+            plain[n++] = (char)tolower((unsigned char)name[i]);
+    while (n > 0 && isdigit((unsigned char)plain[n - 1]))
+        n--;
+    if (n > 3 && memcmp(plain, "aov", 3) == 0)
+        memmove(plain, plain + 3, n -= 3);
+    plain[n] = 0;
+    return n;
+}
+
+/* A layer, or a part, that is named after something other than colours. */
+static bool is_data(const char *name, size_t length)
+{
+    static const char *const names[] = {
+        "depth", "z", "zdepth", "depthz", "worlddepth", "distance", "n", "ng", "ns", "nn", "normal", "normals", "worldnormal",
+        "worldnormals", "cameranormal", "cameranormals", "viewnormal", "viewnormals", "shadingnormal", "geometricnormal",
+        "bumpnormal", "bumpnormals", "tangent", "p", "pworld", "pw", "pref", "pobject", "pcamera", "po", "position",
+        "positions", "worldposition", "cameraposition", "objectposition", "point", "points", "pointposition", "uv", "uvs",
+        "uvw", "st", "texcoord", "texturecoordinates", "motion", "motionvector", "motionvectors", "motionvec", "mv", "vector",
+        "vectors", "velocity", "velocities", "opticalflow", "id", "ids", "objectid", "materialid", "instanceid",
+        "primitiveid", "renderid", "nodeid", "shapeid", "elementid", "objectindex", "materialindex", "indexob", "indexma"};
+    size_t start = length;
+    char plain[64];
+    while (start > 0 && name[start - 1] != '.')
+        start--;
+    size_t n = plain_name(name + start, length - start, plain, sizeof plain);
+    return one_of(plain, n, names, sizeof names / sizeof *names) || strncmp(plain, "crypto", 6) == 0 ||
+           strncmp(plain, "ucrypto", 7) == 0;
+}
+
+static bool holds_data(const VolPart *part, const VolChannel *channel)
+{
+    size_t layer = layer_length(channel->name);
+    return layer ? is_data(channel->name, layer) : part->name && is_data(part->name, strlen(part->name));
+}
+
+enum { DATA = 10, NO_PICTURE = 20 };
+
+/* Nowhere in the part is there a green or blue that is meant as a colour. */
+static bool is_red_alone(const VolPart *part, const VolChannel *channel)
+{
+    bool others = false;
+    for (size_t i = 0; i < part->channel_count; i++)
+        others |= (color_index(&part->channels[i]) == 1 || color_index(&part->channels[i]) == 2) &&
+                  !holds_data(part, &part->channels[i]);
+    return color_index(channel) == 0 && !others;
+}
 
 /* How far from being the picture are the colours that begin with this channel?  The lower the better. */
-static int rank_of(const VolPart *part, const VolChannel *channel, VolPixelsUse use)
+static int rank_of_colors(const VolPart *part, const VolChannel *channel, VolPixelsUse use)
 {
     size_t layer = layer_length(channel->name);
     bool beauty = is_beauty(channel->name, layer) || (part->name && is_beauty(part->name, strlen(part->name)));
@@ -91,9 +143,15 @@ static int rank_of(const VolPart *part, const VolChannel *channel, VolPixelsUse 
         return layer ? (beauty ? 2 : 3) : (beauty ? 0 : 1);
     if (is_luminance(part, channel))
         return layer ? 5 : 4;
-    if (part->channel_count == 1 && (use != VOL_PIXELS_COLOR || color_index(channel) == 0))
-        return 6;
-    return NO_PICTURE;
+    if (is_red_alone(part, channel))
+        return layer ? 7 : 6;
+    return part->channel_count == 1 && use != VOL_PIXELS_COLOR ? 8 : NO_PICTURE;
+}
+
+static int rank_of(const VolPart *part, const VolChannel *channel, VolPixelsUse use)
+{
+    int rank = rank_of_colors(part, channel, use);
+    return rank < NO_PICTURE && holds_data(part, channel) ? DATA + rank : rank;
 }
 
 static void take_channels(const VolPart *part, const VolChannel *first, VolColors *out)
@@ -115,7 +173,8 @@ static void take_channels(const VolPart *part, const VolChannel *first, VolColor
 VolColors vol_exr_colors(const VolImage *image, VolPixelsUse use)
 {
     VolColors best = {0};
-    int best_rank = NO_PICTURE;
+    int best_rank = use == VOL_PIXELS_COLOR ? DATA : NO_PICTURE;
+    bool data = false, chroma = false;
     for (size_t p = 0; p < image->part_count; p++) {
         const VolPart *part = &image->parts[p];
         for (size_t c = 0; c < part->channel_count; c++) {
@@ -124,10 +183,15 @@ VolColors vol_exr_colors(const VolImage *image, VolPixelsUse use)
                 best_rank = rank;
                 best = (VolColors){.part = p};
                 take_channels(part, &part->channels[c], &best);
-            } else if (rank == best_rank && rank < NO_PICTURE) {
+            } else if (rank == best_rank && best.count) {
                 best.rivals++;
             }
+            data |= rank >= DATA && rank < NO_PICTURE;
+            chroma |= NAMED(&part->channels[c], "Y") && layer_has(part, &part->channels[c], "RY") &&
+                      layer_has(part, &part->channels[c], "BY");
         }
     }
+    best.only_data = !best.count && data;
+    best.only_chroma = !best.count && !data && chroma;
     return best;
 }

@@ -11,10 +11,12 @@ typedef struct VolColors {
     int count;                     /* 0: no picture */
     char layer[64];                /* "rgba" of rgba.R; "": none */
     size_t rivals;                 /* others that could have been meant just as well */
+    bool only_data, only_chroma;   /* why there is none: layers of data; Y with RY and BY */
 } VolColors;
 
-/* In this order: R G B of a part, those of a layer (first those with names like rgba or beauty), luminance; but for
- * VOL_PIXELS_COLOR also the one channel of a part that has no other.  Depth and vectors are no colours. */
+/* In this order: R G B of a part, those of a layer (first those with names like rgba or beauty), luminance, R with neither G
+ * nor B.  But for VOL_PIXELS_COLOR then also the one channel of a part that has no other, and the colours of layers and parts
+ * whose names are those of data: depth, normals, identities. */
 VolColors vol_exr_colors(const VolImage *image, VolPixelsUse use);
 
 #endif

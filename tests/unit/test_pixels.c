@@ -206,6 +206,7 @@ typedef struct Choice {
     const char *names[10];
     int want[4];           /* channels by their place in `names`, from 1; all 0: refused */
     const char *say;       /* part of a warning or note; NULL: silence */
+    const char *why;       /* part of the refusal; NULL: the usual one */
 } Choice;
 
 static void check_choice(const Choice *choice, VolPixelsUse use)
@@ -216,8 +217,10 @@ static void check_choice(const Choice *choice, VolPixelsUse use)
     VolStatus status = read_as(bytes.data, bytes.size, use, &pixels);
     if (status != (choice->want[0] ? VOL_OK : VOL_BAD_INPUT))
         FAIL("%s, ...: status %d, %s", choice->names[0], status, err.text);
+    else if (status && !strstr(err.text, choice->why ? choice->why : "no channels R G B, nor luminance (Y), among "))
+        FAIL("%s, ...: '%s'", choice->names[0], err.text);
     else if (status)
-        CHECK(strstr(err.text, "no channels R G B, nor luminance (Y), among "));
+        CHECK(!choice->why || !strstr(err.text, "no channels R G B"));
     else
         for (int c = 0; c < pixels.channels; c++)
             if (pixels.data[c] != (float)choice->want[c])
@@ -227,6 +230,33 @@ static void check_choice(const Choice *choice, VolPixelsUse use)
     CHECK(status || (pixels.window.x0 == -1 && pixels.window.y1 == 4 && pixels.frame.x0 == 0 && pixels.frame.y1 == 9));
     vol_pixels_free(&pixels);
     vol_bytes_free(&bytes);
+}
+
+/* Layers whose names say that they hold no colours. */
+static void check_data_layers(void)
+{
+    static const char *const data[] = {"depth", "Depth", "DEPTH", "AOV_depth", "depth01", "Z", "zdepth", "N", "normals",
+                                       "Normal", "world_normal", "View.Normal", "P", "Pworld", "position", "uv", "UV", "st",
+                                       "velocity", "motion", "motionVector", "motion_vectors", "Vector", "cryptomatte",
+                                       "CryptoObject00", "uCryptoMaterial01", "id", "objectId", "IndexOB", "material_id"};
+    static const char *const pictures[] = {"depth_of_field", "nice", "motion_blur", "identity", "zebra", "pass", "emission",
+                                           "depth.beauty", "1"};
+    for (size_t i = 0; i < sizeof data / sizeof *data + sizeof pictures / sizeof *pictures; i++) {
+        bool is_data = i < sizeof data / sizeof *data;
+        const char *layer = is_data ? data[i] : pictures[i - sizeof data / sizeof *data];
+        char names[6][64];
+        for (int c = 0; c < 4; c++)
+            snprintf(names[c], sizeof names[c], "0 %s.%c", layer, "RGBY"[c]);
+        const char *why = is_data ? ": depth, normals, identities and the like are no picture" : NULL;
+        Choice rgb = {{names[0], names[1], names[2], "0 Zx"}, {is_data ? 0 : 1, 2, 3}, is_data ? NULL : "n the pic", why};
+        check_choice(&rgb, VOL_PIXELS_COLOR);
+        Choice y = {{names[3], "0 Zx"}, {is_data ? 0 : 1, 1, 1}, is_data ? NULL : "n the picture is layer", why};
+        check_choice(&y, VOL_PIXELS_COLOR);
+        Choice behind = {{names[0], names[1], names[2], "0 zz.Y"}, {is_data ? 4 : 1, 2, 3}, "n the picture is layer"};
+        check_choice(&behind, VOL_PIXELS_COLOR);
+        Choice look = {{names[0], names[1], names[2]}, {1, 2, 3}, "n the picture is layer"};
+        check_choice(&look, VOL_PIXELS_LOOK);
+    }
 }
 
 /* Colours wherever they are; depth, coordinates and the like are none. */
@@ -253,12 +283,19 @@ static void test_exr_colors(void)
         {{"0 Z", "1 Z"}, {0}, NULL},
         {{"0 X", "0 Y", "0 Z"}, {0}, NULL},
         {{"0 N.X", "0 N.Y", "0 N.Z"}, {0}, NULL},
-        {{"0 Y", "0 RY", "0 BY"}, {0}, NULL},
+        {{"0 Y", "0 RY", "0 BY"}, {0}, NULL, "luminance and chroma (Y, RY, BY)"},
+        {{"0 a.Y", "0 a.ry", "0 a.by", "0 Z"}, {0}, NULL, "luminance and chroma (Y, RY, BY)"},
+        {{"0 R", "0 Z"}, {1}, NULL},
+        {{"0 Z", "0 A", "0 R"}, {3}, NULL},
+        {{"0 R", "0 N.R", "0 N.G", "0 N.B"}, {1}, NULL},
+        {{"0 Z", "0 foo.R"}, {2}, "n the picture is layer 'foo'"},
+        {{"0 foo.R", "1 Y"}, {2}, "n the picture is part 1"},
         {{"0 R", "0 G"}, {0}, NULL},
         {{"0 a.R", "0 b.G", "0 b.B"}, {0}, NULL},
     };
     for (size_t i = 0; i < sizeof choices / sizeof *choices; i++)
         check_choice(&choices[i], VOL_PIXELS_COLOR);
+    check_data_layers();
     static const Choice looks[] = {{{"0 Z"}, {1}, NULL}, {{"0 Z", "1 R", "1 G", "1 B"}, {2, 3, 4}, "n "}};
     for (size_t i = 0; i < sizeof looks / sizeof *looks; i++)
         check_choice(&looks[i], VOL_PIXELS_LOOK);
