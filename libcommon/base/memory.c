@@ -60,15 +60,24 @@ static void look_at_group(void *user, const char *folder)
     *left = fmin(*left, vol_group_memory_left(folder));
 }
 
-static double address_space_left(void)
+/* What a limit leaves of it, where `taken` pages are. */
+static double limit_left(int resource, double taken)
 {
     struct rlimit limit;
-    double pages;
-    char line[128];
-    if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY ||
-        !vol_read_line("/proc/self/statm", line, sizeof line) || sscanf(line, "%lf", &pages) != 1)
+    if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY)
         return INFINITY;
-    return fmax(0, (double)limit.rlim_cur - pages * (double)sysconf(_SC_PAGESIZE));
+    return fmax(0, (double)limit.rlim_cur - taken * (double)sysconf(_SC_PAGESIZE));
+}
+
+/* Of the address space, and of what is written to in it (which statm counts with the stack). */
+static double address_space_left(void)
+{
+    double all, data;
+    char line[128];
+    if (!vol_read_line("/proc/self/statm", line, sizeof line) ||
+        sscanf(line, "%lf %*s %*s %*s %*s %lf", &all, &data) != 2)
+        return INFINITY;
+    return fmin(limit_left(RLIMIT_AS, all), limit_left(RLIMIT_DATA, data));
 }
 
 double vol_memory_available(void)

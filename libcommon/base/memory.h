@@ -6,7 +6,7 @@
 #include "base/status.h"
 
 /* Bytes that this process can still take: of the machine (with what it can swap), of its control groups, of its address
- * space; infinity where nothing tells. */
+ * space (ulimit -v and -d); infinity where nothing tells. */
 double vol_memory_available(void);
 
 /* What the control group of this folder leaves, of version 1 or 2. */

@@ -99,7 +99,13 @@ static VolStatus begin_grid(const VolFieldBox *box, VolVdbWriter *writer, VolErr
     return status;
 }
 
-enum { LEAVES_PER_CHECK = 1 << 15 };
+enum { LEAVES_PER_CHECK = 1 << 15, LEAST_ENCODED = 150 }; /* bytes of a leaf in a file: its mask, twice, and a block */
+
+static VolStatus cannot_hold(const VolFieldBox *box, VolStatus status, VolError *err)
+{
+    return status ? vol_fail_within(err, status, "cannot hold %dx%dx%d voxels", box->dims[0], box->dims[1], box->dims[2])
+                  : VOL_OK;
+}
 
 /* The tree's memory for so many leaves: values, masks, and the nodes above. */
 static double leaf_bytes(const VolFieldBox *box, double leaves)
@@ -121,7 +127,7 @@ static VolStatus write_layers(Layer *layer, size_t leaves, int threads, VolVdbWr
             if (layer->kept[i] && box->store == VOL_STORE_HALF)
                 counts->largest = fmax(counts->largest, largest_of(layer->values + i * LEAF_VOXELS));
             if (layer->kept[i] && counts->leaves % LEAVES_PER_CHECK == 0)
-                status = vol_check_memory(leaf_bytes(box, LEAVES_PER_CHECK), err);
+                status = cannot_hold(box, vol_check_memory(leaf_bytes(box, LEAVES_PER_CHECK), err), err);
             if (layer->kept[i] && !status)
                 status = put_leaf(layer, i, writer, err);
         }
@@ -131,15 +137,14 @@ static VolStatus write_layers(Layer *layer, size_t leaves, int threads, VolVdbWr
     return status;
 }
 
-/* What is needed for certain, before any of it is taken; of a sparse grid, whose leaves nobody knows yet, one layer's. */
+/* What is needed for certain, before any of it is taken; of a sparse grid, whose leaves nobody knows yet, one layer's.  The
+ * tree's libraries are there by now: they count where the address space is limited. */
 static VolStatus foresee(const VolFieldBox *box, double leaves_per_layer, VolError *err)
 {
     double layers = ceil(box->dims[0] / (double)LEAF), bytes = leaves_per_layer * LEAF_VOXELS * sizeof(double);
     if (!box->sparse)
-        bytes += leaf_bytes(box, leaves_per_layer * layers);
-    VolStatus status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, err) : VOL_OK;
-    return status ? vol_fail_within(err, status, "cannot hold %dx%dx%d voxels", box->dims[0], box->dims[1], box->dims[2])
-                  : VOL_OK;
+        bytes += leaf_bytes(box, leaves_per_layer * layers) + 2 * LEAST_ENCODED * leaves_per_layer * layers;
+    return bytes > VOL_WORTH_A_CHECK ? cannot_hold(box, vol_check_memory(bytes, err), err) : VOL_OK;
 }
 
 VolStatus vol_field_write(const VolFieldCase *field, const VolFieldBox *box, int threads, VolVdbWriter *writer,
@@ -149,7 +154,9 @@ VolStatus vol_field_write(const VolFieldCase *field, const VolFieldBox *box, int
            leaves_z = ((size_t)box->dims[2] + LEAF - 1) / LEAF;
     size_t leaves = leaves_y * leaves_z;
     Layer layer = {.field = field, .box = box, .leaves_z = leaves_z};
-    VolStatus status = foresee(box, (double)leaves, err);
+    VolStatus status = begin_grid(box, writer, err);
+    if (!status)
+        status = foresee(box, (double)leaves, err);
     if (status)
         return status;
     layer.values = vol_alloc(leaves, LEAF_VOXELS * sizeof *layer.values);
@@ -160,8 +167,6 @@ VolStatus vol_field_write(const VolFieldCase *field, const VolFieldBox *box, int
     *counts = (VolFieldCounts){0};
     if (!layer.values || !layer.active || !layer.kept || !layer.non_finite)
         status = vol_fail_memory(err, leaves * LEAF_VOXELS * sizeof(double));
-    if (!status)
-        status = begin_grid(box, writer, err);
     if (!status)
         status = write_layers(&layer, leaves, threads, writer, counts, err);
     if (!status)

@@ -7,6 +7,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "base/cpu.h"
@@ -325,6 +327,29 @@ static void test_memory_left(void)
     CHECK(vol_alloc(SIZE_MAX / 4, 1) == NULL && vol_refusals() > 0);
 }
 
+/* ulimit -v and -d, less what the process has already. */
+static void test_limits(void)
+{
+    static const int kinds[] = {RLIMIT_AS, RLIMIT_DATA};
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        struct rlimit before, low;
+        VolError err;
+        CHECK(getrlimit(kinds[i], &before) == 0);
+        size_t taken = (size_t)60 << 20, limit = (size_t)100 << 20;
+        low = before;
+        low.rlim_cur = limit;
+        void *block = mmap(NULL, taken, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        CHECK(block != MAP_FAILED);
+        CHECK(setrlimit(kinds[i], &low) == 0);
+        double left = vol_memory_available();
+        VolStatus status = vol_check_memory(50e6, &err);
+        CHECK(setrlimit(kinds[i], &before) == 0);
+        CHECK(left <= (double)(limit - taken) && (left > 0 || kinds[i] == RLIMIT_AS));
+        CHECK(status == VOL_NOMEM);
+        munmap(block, taken);
+    }
+}
+
 int main(void)
 {
     RUN(test_hash_pieces);
@@ -340,5 +365,6 @@ int main(void)
     RUN(test_bytes);
     RUN(test_messages);
     RUN(test_affine);
+    RUN(test_limits);
     return test_end();
 }

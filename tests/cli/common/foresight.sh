@@ -17,7 +17,14 @@ quick() { # COMMAND: within an address space of 400 MB; the highest memory it to
     return $quick_code
 }
 exits 5 'a volume beyond the address space' quick vol-gen -j1 field noise --size 480 -o big.vdb
-says 'vol-gen: error: cannot hold 480x480x480 voxels: about 4?? MB of memory are needed, * are available' 'says so'
+says 'vol-gen: error: cannot hold 480x480x480 voxels: about 5?? MB of memory are needed, * are available' 'says so'
+check 'before it takes it' test "$(json s.json peak_memory_bytes)" -lt 60000000
+# nor does it fit where the libraries take what is left
+exits 5 'a volume as large as the address space' sh -c 'ulimit -v 300000; exec vol-gen field ramp --size 400 --stats s.json -o big.vdb'
+says 'vol-gen: error: cannot hold 400x400x400 voxels: about 3?? MB of memory are needed, * are available' 'says so'
+check 'before it takes it' test "$(json s.json peak_memory_bytes)" -lt 60000000
+exits 5 'a volume beyond what data may take' sh -c 'ulimit -d 250000; exec vol-gen field ramp --size 400 --stats s.json -o big.vdb'
+says 'vol-gen: error: cannot hold 400x400x400 voxels: about 3?? MB of memory are needed, * are available' 'says so'
 check 'before it takes it' test "$(json s.json peak_memory_bytes)" -lt 60000000
 exits 0 'one that fits' quick vol-gen -j1 field ramp --size 200 -o fits.vdb
 
