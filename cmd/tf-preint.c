@@ -30,7 +30,8 @@ static const VolOpt table[] = {
     {0, "octaves", VOL_OPT_INT, AT(octaves), "N", "1", "full tables for LEN, 2 LEN, 4 LEN, ..: how many"},
     {.name = "plot", .kind = VOL_OPT_TEXT, .offset = AT(plot), .value_name = "FILE.png", .unrecorded = true,
      .help = "draw the functions (on a terminal: instead of tables)"},
-    {0, "volume", VOL_OPT_TEXT, AT(volume), "VOL.vdb", NULL, "plot over its histogram; tabulate what it can need"},
+    {.name = "volume", .kind = VOL_OPT_TEXT, .offset = AT(volume), .value_name = "VOL.vdb", .input = true,
+     .help = "plot over its histogram; tabulate what it can need"},
     {0, "grid", VOL_OPT_TEXT, AT(grid), "NAME", NULL, "the volume's grid (density, or the only scalar one)"},
 };
 
@@ -41,7 +42,7 @@ typedef struct Job {
     VolInspection inspection;
     const VolSeries *data; /* its histogram */
     VolTables *tables;
-    uint64_t digests[2][2];
+    uint64_t digests[3][2]; /* of the volume, the transfer function, and its name in the file */
     size_t digest_count;
 } Job;
 
@@ -179,6 +180,8 @@ static VolStatus load_tf(Job *job, VolError *err)
     status = run_read(job->run, file, &bytes, err);
     if (!status) {
         add_digest(job, &bytes);
+        if (part)
+            vol_hash_bytes(part, strlen(part), job->digests[job->digest_count++]);
         status = run_refuse_volume(&bytes, vol_input_name(file), err);
         if (!status)
             status = vol_load_transfer_function(&bytes, vol_input_name(file), part, &job->run->log, &tf, &units, &tables,

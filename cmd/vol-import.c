@@ -46,7 +46,7 @@ static const VolOpt table[] = {
      .help = "byte order"},
     {.name = "header", .kind = VOL_OPT_INT, .offset = AT(header), .value_name = "BYTES", .fallback = "0",
      .help = "passed over at the start of every file"},
-    {.name = "slices", .kind = VOL_OPT_TEXT, .offset = AT(slices), .value_name = "A:B",
+    {.name = "slices", .kind = VOL_OPT_TEXT, .offset = AT(slices), .value_name = "A:B", .input = true,
      .help = "numbers A to B in the pattern FILE (a.%d, a.%03d)"},
 };
 enum { ROWS = sizeof table / sizeof *table };

@@ -42,8 +42,8 @@ static Options options;
 #define AT(field) offsetof(Options, field)
 
 static const VolOpt table[] = {
-    {'t', "tf", VOL_OPT_TEXT, AT(tf), "FILE[#NAME]", NULL,
-     "transfer function or tables (required); NAME: one of several in the file"},
+    {.letter = 't', .name = "tf", .kind = VOL_OPT_TEXT, .offset = AT(tf), .value_name = "FILE[#NAME]", .input = true,
+     .help = "transfer function or tables (required); NAME: one of several in the file"},
     {0, "grid", VOL_OPT_TEXT, AT(grid), "NAME", NULL, "grid to render (density, or the only scalar one)"},
     {0, "estimator", VOL_OPT_CHOICE, AT(estimator), NULL, "exact", "how rays are integrated",
      "exact|full|integrals|direct"},
@@ -59,15 +59,16 @@ static const VolOpt table[] = {
     {0, "up", VOL_OPT_VEC3, AT(up), "X,Y,Z", "0,1,0", "upwards in the picture"},
     {0, "fov", VOL_OPT_REAL, AT(fov), "DEG", "40", "vertical angle of view"},
     {0, "ortho", VOL_OPT_REAL, AT(ortho), "HEIGHT", NULL, "orthographic, this high in world units"},
-    {0, "camera", VOL_OPT_TEXT, AT(camera), "FILE", NULL, "the camera of an EXR file's worldToCamera and worldToNDC"},
+    {.name = "camera", .kind = VOL_OPT_TEXT, .offset = AT(camera), .value_name = "FILE", .input = true,
+     .help = "the camera of an EXR file's worldToCamera and worldToNDC"},
     {0, "samples", VOL_OPT_INT, AT(samples), "N", "1", "N x N rays per pixel, at the centres of its strata"},
     {.name = "probe", .kind = VOL_OPT_LIST, .offset = AT(probe), .value_name = "X,Y", .unrecorded = true,
      .help = "no image: the pixel's channels as JSON on stdout (repeatable; -v traces)"},
     {.name = "crop", .kind = VOL_OPT_CROP, .offset = AT(crop), .value_name = "WxH+X+Y", .unrecorded = true,
      .help = "only this part of the picture, as the data window"},
     {0, "clip", VOL_OPT_LIST, AT(clip), "NX,NY,NZ,D", NULL, "keep n.x >= D, world units (repeatable)"},
-    {0, "background", VOL_OPT_TEXT, AT(background), "R,G,B|FILE", "0,0,0",
-     "what lies behind: a colour or a picture of the same size"},
+    {.name = "background", .kind = VOL_OPT_TEXT, .offset = AT(background), .value_name = "R,G,B|FILE", .fallback = "0,0,0",
+     .input = true, .help = "what lies behind: a colour or a picture of the same size"},
     {0, "light", VOL_OPT_LIST, AT(light), "SPEC", NULL,
      "sun:DX,DY,DZ[:R,G,B], point:.., spot:.. (repeatable; none: headlight)"},
     {0, "aov", VOL_OPT_TEXT, AT(aov), "LIST", NULL, "layers: Z,normal,surface,scatter,emit,steps"},
@@ -88,7 +89,7 @@ typedef struct Job {
     float *picture; /* the background, if it is one */
     VolScene scene;
     VolFrame frame;
-    uint64_t digests[3][2]; /* of the volume, the transfer function and the background */
+    uint64_t digests[5][2]; /* of the transfer function and its name in the file, the volume, the camera, the background */
     size_t digest_count;
     bool told_why; /* a warning has given the reason for a picture of nothing */
     char *prior_history;
@@ -97,6 +98,22 @@ typedef struct Job {
 static void add_digest(Job *job, const VolBytes *bytes)
 {
     vol_hash_bytes(bytes->data, bytes->size, job->digests[job->digest_count++]);
+}
+
+static void add_text_digest(Job *job, const char *text)
+{
+    vol_hash_bytes(text, strlen(text), job->digests[job->digest_count++]);
+}
+
+/* All that is taken of its file. */
+static void add_camera_digest(Job *job, const VolAttr *to_camera, const VolAttr *to_ndc)
+{
+    char text[32 * 16];
+    size_t length = 0;
+    for (int i = 0; i < 32; i++)
+        length += (size_t)snprintf(text + length, sizeof text - length, "%.9g ",
+                                   (i < 16 ? to_camera : to_ndc)->number[i % 16]);
+    add_text_digest(job, text);
 }
 
 static VolStatus read_look(Job *job, VolError *err)
@@ -112,6 +129,8 @@ static VolStatus read_look(Job *job, VolError *err)
     status = run_read(job->run, file, &bytes, err);
     if (!status) {
         add_digest(job, &bytes);
+        if (part)
+            add_text_digest(job, part);
         status = run_refuse_volume(&bytes, vol_input_name(file), err);
         if (!status)
             status = vol_look_read(&bytes, vol_input_name(file), part, &job->run->log, &job->look, err);
@@ -250,6 +269,8 @@ static VolStatus camera_from_file(Job *job, VolError *err)
     else
         status = vol_camera_from_matrices(to_camera->number, to_ndc->number, options.size.width, options.size.height,
                                           &job->camera, err);
+    if (!status)
+        add_camera_digest(job, to_camera, to_ndc);
     vol_image_free(&image);
     return status ? vol_fail_within(err, status, "cannot use the camera of '%s'", vol_input_name(options.camera)) : VOL_OK;
 }
@@ -285,6 +306,7 @@ static VolStatus set_backdrop(Job *job, VolError *err)
     bool is_file;
     VolStatus status = vol_backdrop_parse(options.background, access(options.background, F_OK) == 0, color, &is_file, err);
     if (status || !is_file) {
+        add_text_digest(job, options.background);
         job->scene.background_max = fmax(fabs(color[0]), fmax(fabs(color[1]), fabs(color[2])));
         return status;
     }

@@ -208,9 +208,10 @@ static VolStatus set_up(Run *run, VolError *err)
     if (status != VOL_OK)
         return status;
     run->history_line = vol_history_line(run->program->name, run->line, run->program->record_operands);
+    run->hashed_line = vol_hashed_line(run->program->name, run->line, run->program->record_operands);
     if (common->stats)
         run->stats = vol_stats_new();
-    return run->history_line && (run->stats || !common->stats) ? VOL_OK : vol_fail_memory(err, 0);
+    return run->history_line && run->hashed_line && (run->stats || !common->stats) ? VOL_OK : vol_fail_memory(err, 0);
 }
 
 static bool nothing_to_do(const Run *run)
@@ -378,6 +379,7 @@ static int main_on_stack(void *user)
         status = run_program(&run, &err);
         vol_stats_free(run.stats);
         free(run.history_line);
+        free(run.hashed_line);
     }
     if (status != VOL_OK && status != VOL_NO)
         status = judge(status, &err);

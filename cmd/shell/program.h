@@ -23,6 +23,7 @@ typedef struct Run {
     VolCpu cpu;
     int threads;      /* resolved */
     char *history_line; /* never NULL; whether to write it, common->no_history says */
+    char *hashed_line;  /* never NULL; for vol:argsHash */
     struct Outputs *outputs;
 } Run;
 

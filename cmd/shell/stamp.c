@@ -48,7 +48,7 @@ VolStatus run_stamp_vdb(const Run *run, const char *prior, const uint64_t (*inpu
         return status;
 
     char args_hash[33];
-    vol_args_hash(run->history_line, input_digests, inputs, args_hash);
+    vol_args_hash(run->hashed_line, input_digests, inputs, args_hash);
     status = vol_meta_set_text(file_meta, "vol:argsHash", args_hash, err);
     if (!status && run->common->frame_given)
         status = vol_meta_set(file_meta, "vol:frame", "int64", &run->common->frame, sizeof run->common->frame, err);
@@ -100,7 +100,7 @@ VolStatus run_stamp_exr(const Run *run, const char *prior, const uint64_t (*inpu
 {
     char args_hash[33];
     VolStatus status = VOL_OK;
-    vol_args_hash(run->history_line, input_digests, inputs, args_hash);
+    vol_args_hash(run->hashed_line, input_digests, inputs, args_hash);
     for (size_t i = 0; !status && i < image->part_count; i++)
         status = stamp_part(run, prior, args_hash, &image->parts[i], err);
     return status;

@@ -32,7 +32,7 @@ static void add_key(VolText *out, const char *setting)
     vol_text_add_quoted(out, key);
 }
 
-static void add_use(VolText *out, const VolOptUse *use)
+static void add_use(VolText *out, const VolOptUse *use, bool inputs)
 {
     vol_text_add(out, " ");
     if (!use->option) {
@@ -41,7 +41,7 @@ static void add_use(VolText *out, const VolOptUse *use)
     }
     vol_text_add(out, use->cleared ? "--no-" : "--");
     vol_text_add(out, use->option->name);
-    if (use->option->kind == VOL_OPT_FLAG)
+    if (use->option->kind == VOL_OPT_FLAG || (use->option->input && !inputs))
         return;
     vol_text_add(out, " ");
     if (!strcmp(use->option->name, "set"))
@@ -50,16 +50,26 @@ static void add_use(VolText *out, const VolOptUse *use)
         add_value(out, use->value);
 }
 
-char *vol_history_line(const char *program, const VolCommandLine *line, bool with_operands)
+static char *line_of(const char *program, const VolCommandLine *line, bool with_operands, bool inputs)
 {
     VolText text = {0};
     vol_text_add(&text, program);
     for (size_t i = 0; i < line->use_count; i++) {
         const VolOptUse *use = &line->uses[i];
         if (use->option ? !use->option->unrecorded : with_operands)
-            add_use(&text, use);
+            add_use(&text, use, inputs);
     }
     return vol_text_end(&text);
+}
+
+char *vol_history_line(const char *program, const VolCommandLine *line, bool with_operands)
+{
+    return line_of(program, line, with_operands, true);
+}
+
+char *vol_hashed_line(const char *program, const VolCommandLine *line, bool with_operands)
+{
+    return line_of(program, line, with_operands, false);
 }
 
 char *vol_history_append(const char *prior, const char *line)
@@ -67,13 +77,13 @@ char *vol_history_append(const char *prior, const char *line)
     return prior && *prior ? vol_format_text("%s\n%s", prior, line) : vol_copy_text(line);
 }
 
-void vol_args_hash(const char *history_line, const uint64_t (*input_digests)[2], size_t inputs, char out[33])
+void vol_args_hash(const char *hashed_line, const uint64_t (*input_digests)[2], size_t inputs, char out[33])
 {
     VolHash hash;
     uint64_t digest[2];
     vol_hash_begin(&hash);
     vol_hash_add(&hash, VOL_VERSION, sizeof VOL_VERSION);
-    vol_hash_add(&hash, history_line, strlen(history_line) + 1);
+    vol_hash_add(&hash, hashed_line, strlen(hashed_line) + 1);
     for (size_t i = 0; i < inputs; i++) {
         char hex[33]; /* in text, so that the machine's byte order does not matter */
         vol_hash_hex(input_digests[i], hex);

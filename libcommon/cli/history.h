@@ -14,10 +14,13 @@
  * Operands appear only `with_operands`: where they name inputs, a pipe has none.  Allocated; NULL: out of memory. */
 char *vol_history_line(const char *program, const VolCommandLine *line, bool with_operands);
 
+/* The same without the names of inputs that options have: a copy is the same input. */
+char *vol_hashed_line(const char *program, const VolCommandLine *line, bool with_operands);
+
 /* prior (may be NULL or "") + newline + line.  Allocated; NULL: out of memory. */
 char *vol_history_append(const char *prior, const char *line);
 
-/* Hash of program, version, the history line and the inputs' bytes' hashes, as 32 hex digits. */
-void vol_args_hash(const char *history_line, const uint64_t (*input_digests)[2], size_t inputs, char out[33]);
+/* Hash of program, version, that line and the inputs' bytes' hashes (and what else is taken of them), as 32 hex digits. */
+void vol_args_hash(const char *hashed_line, const uint64_t (*input_digests)[2], size_t inputs, char out[33]);
 
 #endif

@@ -53,6 +53,7 @@ typedef struct VolOpt {
     const char *help;       /* one line */
     const char *choices;    /* CHOICE only */
     bool hidden;            /* not in --help, man page or --print-options */
+    bool input;             /* its value names an input, whose contents count in vol:argsHash and not its name */
     bool unrecorded;        /* not in the history: cannot change what the output says (threads), or tells which part of
                              * the same output is wanted (a crop) */
 } VolOpt;

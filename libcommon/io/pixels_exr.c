@@ -100,13 +100,14 @@ static size_t plain_name(const char *name, size_t length, char *plain, size_t ro
 static bool is_data(const char *name, size_t length)
 {
     static const char *const names[] = {
-        "depth", "z", "zdepth", "depthz", "worlddepth", "distance", "n", "ng", "ns", "nn", "normal", "normals", "worldnormal",
-        "worldnormals", "cameranormal", "cameranormals", "viewnormal", "viewnormals", "shadingnormal", "geometricnormal",
-        "bumpnormal", "bumpnormals", "tangent", "p", "pworld", "pw", "pref", "pobject", "pcamera", "po", "position",
-        "positions", "worldposition", "cameraposition", "objectposition", "point", "points", "pointposition", "uv", "uvs",
-        "uvw", "st", "texcoord", "texturecoordinates", "motion", "motionvector", "motionvectors", "motionvec", "mv", "vector",
-        "vectors", "velocity", "velocities", "opticalflow", "id", "ids", "objectid", "materialid", "instanceid",
-        "primitiveid", "renderid", "nodeid", "shapeid", "elementid", "objectindex", "materialindex", "indexob", "indexma"};
+        "depth", "z", "zdepth", "depthz", "worlddepth", "distance", "n", "ng", "ns", "nn", "normal", "normals",
+        "worldnormal", "worldnormals", "cameranormal", "cameranormals", "viewnormal", "viewnormals",
+        "shadingnormal", "geometricnormal", "bumpnormal", "bumpnormals", "tangent", "p", "pworld", "pw", "pref",
+        "pobject", "pcamera", "po", "position", "positions", "worldposition", "cameraposition", "objectposition",
+        "point", "points", "pointposition", "uv", "uvs", "uvw", "st", "texcoord", "texturecoordinates", "motion",
+        "motionvector", "motionvectors", "motionvec", "mv", "vector", "vectors", "velocity", "velocities",
+        "opticalflow", "id", "ids", "objectid", "materialid", "instanceid", "primitiveid", "renderid", "nodeid",
+        "shapeid", "elementid", "objectindex", "materialindex", "indexob", "indexma"};
     size_t start = length;
     char plain[64];
     while (start > 0 && name[start - 1] != '.')

@@ -14,9 +14,9 @@ typedef struct VolColors {
     bool only_data, only_chroma;   /* why there is none: layers of data; Y with RY and BY */
 } VolColors;
 
-/* In this order: R G B of a part, those of a layer (first those with names like rgba or beauty), luminance, R with neither G
- * nor B.  But for VOL_PIXELS_COLOR then also the one channel of a part that has no other, and the colours of layers and parts
- * whose names are those of data: depth, normals, identities. */
+/* In this order: R G B of a part, those of a layer (first those with names like rgba or beauty), luminance, R with
+ * neither G nor B.  But for VOL_PIXELS_COLOR then also the one channel of a part that has no other, and the colours of
+ * layers and parts whose names are those of data: depth, normals, identities. */
 VolColors vol_exr_colors(const VolImage *image, VolPixelsUse use);
 
 #endif

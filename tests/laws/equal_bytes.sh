@@ -62,4 +62,59 @@ END
 else
     skipped 'vol-import | vol-render' 'vol-import is not built'
 fi
+
+# The contents of inputs count, their names do not; what is taken of them counts.
+quiet() { vol-render -q --no-history --size 28x20 "$@"; }
+cp tf.json other.json && cp a.vdb other.vdb && must makeexr 28x20 R=0.1 G=0.2 B=0.3 >plate.exr && cp plate.exr other.exr
+must render -o seen.exr a.vdb && cp seen.exr seen-too.exr
+must quiet -t tf.json --background plate.exr --camera seen.exr -o want.exr a.vdb
+check 'another name of the transfer function' sh -c \
+    'vol-render -q --no-history --size 28x20 -t other.json --background plate.exr --camera seen.exr a.vdb | cmp - want.exr'
+check 'it through a pipe' sh -c \
+    'vol-render -q --no-history --size 28x20 -t - --background plate.exr --camera seen.exr a.vdb <tf.json | cmp - want.exr'
+check 'of the background' sh -c \
+    'vol-render -q --no-history --size 28x20 -t tf.json --background other.exr --camera seen.exr a.vdb | cmp - want.exr'
+check 'it through a pipe' sh -c \
+    'vol-render -q --no-history --size 28x20 -t tf.json --background - --camera seen.exr a.vdb <plate.exr | cmp - want.exr'
+check 'of the camera' sh -c \
+    'vol-render -q --no-history --size 28x20 -t tf.json --background plate.exr --camera seen-too.exr other.vdb | cmp - want.exr'
+hash_of() { vol-info --metadata "$1" | grep argsHash; }
+differs() { # NAME FILE FILE: their argsHash
+    check "$1" test "$(hash_of "$2")" != "$(hash_of "$3")"
+}
+must vol-render -q -t tf.json --size 70x50 --eye 3,1,2 -o other-view.exr a.vdb
+must quiet -t tf.json --background plate.exr --camera other-view.exr -o no.exr a.vdb
+differs 'another camera' want.exr no.exr
+must quiet -t plain.json --background plate.exr --camera seen.exr -o no.exr a.vdb
+differs 'another transfer function' want.exr no.exr
+must quiet -t tf.json --background 0.1,0.2,0.3 -o c1.exr a.vdb
+must quiet -t tf.json --background 0.1,0.2,0.4 -o c2.exr a.vdb
+differs 'another colour' c1.exr c2.exr
+printf '%s\n' '[{"Name": "x", "ColorSpace": "RGB", "RGBPoints": [0, 0, 0, 0, 1, 1, 1, 1], "Points": [0, 0, 0.5, 0, 1, 1, 0.5, 0]},' \
+    ' {"Name": "y", "ColorSpace": "RGB", "RGBPoints": [0, 0, 0, 0, 1, 1, 1, 1], "Points": [0, 0, 0.5, 0, 1, 1, 0.5, 0]}]' >maps.json
+cp maps.json maps-too.json
+must quiet -t maps.json#x -o m1.exr a.vdb
+must quiet -t maps-too.json#x -o m2.exr a.vdb
+must quiet -t maps.json#y -o m3.exr a.vdb
+check 'a map in a file of another name' cmp m1.exr m2.exr
+differs 'another map of the file' m1.exr m3.exr
+preint() { tf-preint -q --no-history --size 8 "$@"; }
+must preint --volume a.vdb -o p1.exr maps.json#x
+must preint --volume other.vdb -o p2.exr maps-too.json#x
+must preint --volume a.vdb -o p3.exr maps.json#y
+check 'tf-preint: other names' cmp p1.exr p2.exr
+check 'tf-preint: through a pipe' sh -c 'tf-preint -q --no-history --size 8 --volume - maps.json#x <a.vdb | cmp - p1.exr'
+differs 'tf-preint: another map of the file' p1.exr p3.exr
+must quiet -t p1.exr --estimator full -o t1.exr a.vdb
+check 'tables of another name' sh -c \
+    'vol-render -q --no-history --size 28x20 -t p2.exr --estimator full a.vdb | cmp - t1.exr'
+must quiet -t tf.json --crop 28x10+0+0 -o top.exr a.vdb
+must quiet -t other.json --crop 28x10+0+10 -o bottom.exr a.vdb
+check 'crops made from copies are joined' exr-join -o joined.exr top.exr bottom.exr
+if [ -x "$OUT/bin/vol-import" ]; then
+    for i in 1 2 3; do printf '%s%s%s%s' $i 2 3 4 | tee s$i.raw >t$((i + 6)).raw; done
+    must vol-import --no-history --dims 2,2 --type u8 --slices 1:3 -o s.vdb s%d.raw
+    check 'vol-import: slices of other names' sh -c \
+        'vol-import --no-history --dims 2,2 --type u8 --slices 7:9 t%d.raw | cmp - s.vdb'
+fi
 finish

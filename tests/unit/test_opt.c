@@ -28,7 +28,7 @@ static const VolOpt table[] = {
      .help = "per pixel"},
     {.name = "fov", .kind = VOL_OPT_REAL, .offset = AT(fov), .value_name = "DEG", .fallback = "40",
      .help = "vertical"},
-    {.letter = 't', .name = "tf", .kind = VOL_OPT_TEXT, .offset = AT(tf), .value_name = "FILE",
+    {.letter = 't', .name = "tf", .kind = VOL_OPT_TEXT, .offset = AT(tf), .value_name = "FILE", .input = true,
      .help = "transfer function"},
     {.name = "estimator", .kind = VOL_OPT_CHOICE, .offset = AT(estimator), .choices = "exact|full|integrals|direct",
      .fallback = "exact",
@@ -305,6 +305,10 @@ static void test_history(void)
     check_history("-t /tmp/dev/fd/63 -t /dev/fd/63/x.json -t /dev/stdin2 -t /proc/self/maps", false,
                   "prog --tf /tmp/dev/fd/63 --tf /dev/fd/63/x.json --tf /dev/stdin2 --tf /proc/self/maps");
     check_history("--set owner=me --set k=secret=x", false, "prog --set owner --set k");
+    CHECK(parse("-t a.json --light sun -t b.json#skin w") == VOL_OK);
+    char *hashed = vol_hashed_line("prog", &line, true);
+    CHECK_TEXT(hashed, "prog --tf --light sun --tf w");
+    free(hashed);
     char *both = vol_history_append("a\n\tb", "c"), *one = vol_history_append(NULL, "c");
     char *two = vol_history_append("", "c");
     CHECK_TEXT(both, "a\n\tb\nc");
