@@ -157,6 +157,13 @@ static VolStatus fit_look(Job *job, VolError *err)
     scene->step = world_length(job, options.step);
     if (!(scene->step > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
+    double steps = vol_look_steps(job->grid, scene->step);
+    if (scene->estimator != VOL_ESTIMATE_EXACT && steps > VOL_MOST_STEPS)
+        return vol_fail(err, VOL_USAGE,
+                        "--step %g%s: a ray through the whole volume would take %.3g steps, more than %g: give %.2g%s or more",
+                        options.step.value, options.step.voxels ? "v" : "w", steps, VOL_MOST_STEPS,
+                        1.01 * vol_look_steps(job->grid, world_length(job, (VolLen){1, options.step.voxels})) / VOL_MOST_STEPS,
+                        options.step.voxels ? "v" : "w");
     VolLookSettings settings = {.particle_step = world_length(job, options.particle_step),
                                 .scalar_step = options.scalar_step,
                                 .full = scene->estimator == VOL_ESTIMATE_FULL,

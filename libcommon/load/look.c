@@ -143,3 +143,24 @@ void vol_look_free(VolLook *look)
     vol_tf_free(&look->tf);
     *look = (VolLook){0};
 }
+
+/* The longest diagonal of a box in index space, in world units. */
+static double diagonal(const VolGrid *grid, const double size[3])
+{
+    double longest = 0;
+    for (int i = 0; i < 4; i++) {
+        VolVec3 corner = vol_vec3(size[0], i & 1 ? -size[1] : size[1], i & 2 ? -size[2] : size[2]);
+        longest = fmax(longest, vol_length(vol_apply_linear(&grid->index_to_world, corner)));
+    }
+    return longest;
+}
+
+double vol_look_steps(const VolGrid *grid, double step)
+{
+    const double node[3] = {VOL_NODE_CELLS, VOL_NODE_CELLS, VOL_NODE_CELLS};
+    double all[3];
+    for (int a = 0; a < 3; a++)
+        all[a] = grid->domain_max[a] - grid->domain_min[a];
+    double held = ((double)grid->node_count + (double)grid->roots.count * VOL_ROOT_NODES) * diagonal(grid, node);
+    return fmin(diagonal(grid, all), held) / step;
+}

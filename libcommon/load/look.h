@@ -43,6 +43,13 @@ void vol_look_settle(VolTf *tf, VolTfUnits units, const VolGrid *grid, const Vol
 VolStatus vol_look_fit(VolLook *look, VolGrid *grid, const VolLookSettings *settings, const VolLog *log, VolError *err);
 void vol_look_free(VolLook *look);
 
+/* More steps than this a ray should not take: a second, and that for each. */
+#define VOL_MOST_STEPS 1e8
+
+/* How many steps of this length (world units) a ray through the whole volume takes at most; what is far from all that the
+ * volume holds is passed in one. */
+double vol_look_steps(const VolGrid *grid, double step);
+
 /* Between which values anything changes, isosurfaces left out: beyond, all is as at the ends.  False: nothing does. */
 bool vol_look_varies(const VolTfCompiled *tf, double *from, double *to);
 
