@@ -145,6 +145,16 @@ static double world_length(const Job *job, VolLen length)
     return length.value * (length.voxels ? job->grid->voxel : 1);
 }
 
+static VolStatus refuse_step(const Job *job, VolError *err)
+{
+    double of_unit = vol_look_steps(job->grid, world_length(job, (VolLen){1, options.step.voxels}));
+    const char *unit = options.step.voxels ? "v" : "w";
+    return vol_fail(err, VOL_USAGE,
+                    "--step %g%s: a ray through the whole volume would take %.3g steps, more than %g: give %.2g%s or more",
+                    options.step.value, unit, of_unit / options.step.value, VOL_MOST_STEPS,
+                    1.01 * of_unit / VOL_MOST_STEPS, unit);
+}
+
 /* Fits it to the volume. */
 static VolStatus fit_look(Job *job, VolError *err)
 {
@@ -157,13 +167,8 @@ static VolStatus fit_look(Job *job, VolError *err)
     scene->step = world_length(job, options.step);
     if (!(scene->step > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
-    double steps = vol_look_steps(job->grid, scene->step);
-    if (scene->estimator != VOL_ESTIMATE_EXACT && steps > VOL_MOST_STEPS)
-        return vol_fail(err, VOL_USAGE,
-                        "--step %g%s: a ray through the whole volume would take %.3g steps, more than %g: give %.2g%s or more",
-                        options.step.value, options.step.voxels ? "v" : "w", steps, VOL_MOST_STEPS,
-                        1.01 * vol_look_steps(job->grid, world_length(job, (VolLen){1, options.step.voxels})) / VOL_MOST_STEPS,
-                        options.step.voxels ? "v" : "w");
+    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_look_steps(job->grid, scene->step) > VOL_MOST_STEPS)
+        return refuse_step(job, err);
     VolLookSettings settings = {.particle_step = world_length(job, options.particle_step),
                                 .scalar_step = options.scalar_step,
                                 .full = scene->estimator == VOL_ESTIMATE_FULL,

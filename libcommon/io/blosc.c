@@ -157,7 +157,7 @@ static VolStatus unpack_other(const Chunk *chunk, void *to, VolError *err)
     const VolBloscAdapter *blosc = table;
     switch (blosc->decompress(chunk->bytes, chunk->size, to, chunk->total)) {
     case VOL_BLOSC_DONE: return VOL_OK;
-    case VOL_BLOSC_NO_MEMORY: return vol_fail_memory(err, 0);
+    case VOL_BLOSC_NO_MEMORY: return vol_fail(err, VOL_NOMEM, "out of memory for Blosc");
     case VOL_BLOSC_DAMAGED: break;
     }
     return damaged(err);

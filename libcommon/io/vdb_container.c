@@ -244,6 +244,14 @@ static bool is_empty_box(const int32_t lo[3], const int32_t hi[3])
     return true;
 }
 
+static bool is_empty_tree(const Cursor *cursor, const VdbTreeKind *kind, size_t tree)
+{
+    static const unsigned char nothing[8];
+    size_t root = 4 + (size_t)kind->components * kind->component_size;
+    return cursor->end - tree == root + 8 &&
+           memcmp(cursor->vdb->bytes.data + tree + root, nothing, sizeof nothing) == 0;
+}
+
 /* The box in the metadata is never relied on, but one that contradicts itself or an empty tree is a sign of damage. */
 static VolStatus check_box(const Cursor *cursor, const VdbGrid *grid, size_t where)
 {
@@ -254,16 +262,16 @@ static VolStatus check_box(const Cursor *cursor, const VdbGrid *grid, size_t whe
     if (!min || !max || !vol_meta_vec3i(min, lo) || !vol_meta_vec3i(max, hi) || is_empty_box(lo, hi))
         return VOL_OK;
     for (int k = 0; k < 3; k++)
-        if (lo[k] > hi[k] || (int64_t)hi[k] - lo[k] >= INT32_MAX)
+        if (lo[k] > hi[k])
             return damaged(cursor, where, "its active box runs from %d to %d", lo[k], hi[k]);
-    if (!kind || !grid->tree || grid->entry.instance_of[0])
-        return VOL_OK;
-    size_t root = 4 + (size_t)kind->components * kind->component_size;
-    static const unsigned char nothing[8];
-    if (cursor->end - grid->tree == root + 8 &&
-        memcmp(cursor->vdb->bytes.data + grid->tree + root, nothing, sizeof nothing) == 0)
+    if (kind && grid->tree && !grid->entry.instance_of[0] && is_empty_tree(cursor, kind, grid->tree))
         return damaged(cursor, where, "its active box runs from %d,%d,%d to %d,%d,%d, but its tree is empty", lo[0], lo[1],
                        lo[2], hi[0], hi[1], hi[2]);
+    for (int k = 0; k < 3; k++)
+        if ((int64_t)hi[k] - lo[k] >= INT32_MAX)
+            return vol_fail(cursor->err, VOL_BAD_INPUT,
+                            "cannot read VDB '%s': grid '%s': its active box runs from %d to %d: %s", cursor->vdb->name,
+                            cursor->grid, lo[k], hi[k], "voxels so far apart are not supported");
     return VOL_OK;
 }
 
@@ -312,11 +320,10 @@ static VolStatus measure_tree(Cursor *cursor, VdbGrid *grid)
     if (!kind)
         return damaged(cursor, cursor->at, "its type %s is unknown, and a stream does not say where it ends",
                        grid->entry.type);
-    VolError why = {""};
     VdbTree tree;
-    VolStatus status = vol_vdb_walk_tree(cursor->vdb, grid, cursor->end, &tree, &why);
+    VolStatus status = vol_vdb_walk_tree(cursor->vdb, grid, cursor->end, &tree, cursor->err);
     if (status)
-        return vol_fail(cursor->err, status, "damaged VDB '%s': grid '%s': %s", cursor->vdb->name, cursor->grid, why.text);
+        return vol_vdb_tree_failed(cursor->vdb, cursor->grid, status, cursor->err);
     vol_vdb_tree_free(&tree);
     grid->buffers = tree.buffers;
     if (kind->value == VOL_VALUE_POINTS)

@@ -152,6 +152,12 @@ VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolEr
     return vol_fail(err, VOL_BAD_INPUT, "cannot choose a grid of '%s': it holds %s; name one by --grid", vdb->name, list);
 }
 
+VolStatus vol_vdb_tree_failed(const VolVdb *vdb, const char *grid, VolStatus status, VolError *err)
+{
+    bool damaged = status == VOL_BAD_INPUT && !(err && strstr(err->text, " adapter '"));
+    return vol_fail_within(err, status, "%s VDB '%s': grid '%s'", damaged ? "damaged" : "cannot read", vdb->name, grid);
+}
+
 VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, VolError *err)
 {
     const VdbGrid *grid = &vdb->grids[vdb->grids[index].parent];
@@ -167,5 +173,5 @@ VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, Vo
     if (!status)
         return VOL_OK;
     vol_vdb_tree_free(out);
-    return vol_fail_within(err, status, "damaged VDB '%s': grid '%s'", vdb->name, entry->name);
+    return vol_vdb_tree_failed(vdb, entry->name, status, err);
 }

@@ -118,6 +118,9 @@ void vol_vdb_to_doubles(const VdbTreeKind *kind, const void *values, size_t coun
 
 VolStatus vol_vdb_adapter(const VolVdbAdapter **adapter, VolError *err);
 
+/* Says whose tree could not be read, and that it is damaged where it is: not for want of memory or of a library. */
+VolStatus vol_vdb_tree_failed(const VolVdb *vdb, const char *grid, VolStatus status, VolError *err);
+
 /* The tree of a grid (its parent's, for an instance) after a full check, as far as vol_vdb_walk_tree() goes. */
 VolStatus vol_vdb_checked_tree(const VolVdb *vdb, size_t index, VdbTree *out, VolError *err);
 

@@ -100,12 +100,13 @@ static VolStatus unzip(const unsigned char *from, size_t size, void *to, size_t 
 {
     z_stream z = {.next_in = (Bytef *)(uintptr_t)from, .avail_in = (uInt)size, .next_out = to, .avail_out = (uInt)to_size,
                   .zalloc = vol_zlib_alloc, .zfree = vol_zlib_free};
-    if (inflateInit(&z) != Z_OK)
-        return vol_fail_memory(err, 0);
-    int result = inflate(&z, Z_FINISH);
-    inflateEnd(&z);
+    int result = inflateInit(&z);
+    if (result == Z_OK) {
+        result = inflate(&z, Z_FINISH);
+        inflateEnd(&z);
+    }
     if (result == Z_MEM_ERROR)
-        return vol_fail_memory(err, 0);
+        return vol_fail(err, VOL_NOMEM, "out of memory for zlib");
     if (result != Z_STREAM_END || z.avail_out)
         return vol_fail(err, VOL_BAD_INPUT, "a compressed block is damaged");
     return VOL_OK;

@@ -30,9 +30,9 @@ typedef struct Workspace {
     double numbers[VDB_LEAF_VALUES * 3];
 } Workspace;
 
-static VolStatus damaged(const Visit *visit, VolStatus status, VolError *err)
+static VolStatus tree_failed(const Visit *visit, VolStatus status, VolError *err)
 {
-    return vol_fail_within(err, status, "damaged VDB '%s': grid '%s'", visit->vdb->name, visit->grid->entry.name);
+    return vol_vdb_tree_failed(visit->vdb, visit->grid->entry.name, status, err);
 }
 
 /* ---- counting ---- */
@@ -96,7 +96,7 @@ static VolStatus show_leaf(const Visit *visit, const VdbLeaf *leaf, Workspace *s
         return VOL_OK;
     VolStatus status = vol_vdb_unpack_leaf(&visit->tree, leaf, visit->background, space->values, space->scratch, err);
     if (status)
-        return damaged(visit, status, err);
+        return tree_failed(visit, status, err);
     load_mask(visit->tree.data + leaf->mask, active);
     void *numbers = space->numbers;
     if (visitor->leaf_double)
@@ -159,7 +159,7 @@ static VolStatus meet_inner(Visit *visit, size_t *at, const int32_t origin[3], i
     VolStatus status = vol_vdb_unpack_values(tree, at, active, entries, visit->background, values,
                                              values + (size_t)entries * size, visit->err);
     if (status)
-        status = damaged(visit, status, visit->err);
+        status = tree_failed(visit, status, visit->err);
     for (uint32_t n = 0; n < entries && !status; n++) {
         int32_t child[3] = {origin[0] + (int32_t)(n >> (2 * log2)) * child_dim,
                             origin[1] + (int32_t)(n >> log2 & axis_mask) * child_dim,

@@ -25,7 +25,10 @@ static VolStatus make_tables(VolLook *look, const VolGrid *grid, const VolLookSe
     VolPreintOptions options = {.n = settings->nodes, .step = settings->step, .octaves = 1, .threads = settings->threads,
                                 .cpu = settings->cpu, .change = vol_volume_change(grid, settings->step)};
     vol_preint_default_range(&look->compiled, &options.lo, &options.hi);
-    return vol_preint_build(&look->compiled, &options, &look->preint, err);
+    VolStatus status = vol_preint_build(&look->compiled, &options, &look->preint, err);
+    if (status == VOL_BAD_INPUT)
+        vol_fail_within(err, status, "a table from %.17g to %.17g", options.lo * look->unit, options.hi * look->unit);
+    return status;
 }
 
 void vol_look_settle(VolTf *tf, VolTfUnits units, const VolGrid *grid, const VolLog *log)

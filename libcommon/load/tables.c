@@ -98,8 +98,11 @@ VolStatus vol_tables_build(const char *json, const char *name, VolPreintOptions 
         vol_preint_default_range(&tables->compiled, &options.lo, &options.hi);
     if (options.step == 0)
         options.step = tables->tf.particle_step;
-    if (!status)
+    if (!status) {
         status = vol_preint_build(&tables->compiled, &options, &tables->preint, err);
+        if (status == VOL_BAD_INPUT)
+            vol_fail_within(err, status, "a table from %.17g to %.17g", options.lo, options.hi);
+    }
     if (status) {
         vol_tables_free(tables);
         *out = NULL;

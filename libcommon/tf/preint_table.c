@@ -36,10 +36,9 @@ static VolStatus check_magnitudes(const VolPreint *tables, double last_step, Vol
     for (int c = 0; c < 3; c++)
         largest = fmax(largest, fmax(fmax(sum.surface_color[c], fabs(sum.source[c])), sum.particle[c]));
     if (!(largest < FLT_MAX) || !(largest / width * last_step < most) || !(width < most))
-        return vol_fail(err, VOL_BAD_INPUT, "transfer function: its integrals over %g to %g are too large to tabulate",
-                        tables->lo, tables->hi);
+        return vol_fail(err, VOL_BAD_INPUT, "the transfer function's integrals are too large to tabulate");
     if (!(tf->max_color < FLT_MAX / 4) || !(tf->max_emit * last_step < FLT_MAX / 4))
-        return vol_fail(err, VOL_BAD_INPUT, "transfer function: its colours are too large to tabulate");
+        return vol_fail(err, VOL_BAD_INPUT, "the transfer function's colours are too large to tabulate");
     return VOL_OK;
 }
 
@@ -47,16 +46,16 @@ static VolStatus check_options(const VolPreintOptions *o, VolError *err)
 {
     size_t most = o->octaves ? VOL_PREINT_MOST_NODES : MOST_1D_NODES;
     if (!(isfinite(o->lo) && isfinite(o->hi) && o->lo < o->hi))
-        return vol_fail(err, VOL_BAD_INPUT, "table: its range %g to %g is empty", o->lo, o->hi);
+        return vol_fail(err, VOL_BAD_INPUT, "the range is empty");
     if (o->n < 2 || o->n > most)
-        return vol_fail(err, VOL_BAD_INPUT, "table: %zu nodes, not 2 to %zu", o->n, most);
+        return vol_fail(err, VOL_BAD_INPUT, "%zu nodes, not 2 to %zu", o->n, most);
     double spacing = (o->hi - o->lo) / (double)(o->n - 1);
     if (!(o->lo + spacing > o->lo && o->hi - spacing < o->hi))
-        return vol_fail(err, VOL_BAD_INPUT, "table: %zu nodes do not fit between %.17g and %.17g", o->n, o->lo, o->hi);
+        return vol_fail(err, VOL_BAD_INPUT, "%zu nodes do not fit between numbers so close to each other", o->n);
     if (o->octaves && !(o->step > 0 && isfinite(o->step)))
-        return vol_fail(err, VOL_BAD_INPUT, "table: its step is %g, not above 0", o->step);
+        return vol_fail(err, VOL_BAD_INPUT, "the step is %g, not above 0", o->step);
     if (o->octaves > 32)
-        return vol_fail(err, VOL_BAD_INPUT, "table: %zu octaves, not up to 32", o->octaves);
+        return vol_fail(err, VOL_BAD_INPUT, "%zu octaves, not up to 32", o->octaves);
     return VOL_OK;
 }
 

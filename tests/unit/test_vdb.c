@@ -1054,13 +1054,31 @@ static void test_boxes_that_lie(void)
     }
     const int32_t(*lies[3])[3] = {inverted, huge, overflowing};
     const char *messages[3] = {"grid 'g': its active box runs from 100 to -100", "but its tree is empty",
-                               "its active box runs from -2147483648 to 2147483647"};
+                               "to 2147483647,0,0, but its tree is empty"};
     for (int i = 0; i < 3; i++) {
         VolBytes bad = patched(&good, min, lies[i][0], 12);
         memcpy(bad.data + max, lies[i][1], 12);
         expect_damage(bad, messages[i]);
     }
     vol_bytes_free(&good);
+}
+
+/* As sound as any, but too large for us. */
+static void test_boxes_too_large(void)
+{
+    static const float values[512] = {1};
+    static const uint64_t active[8] = {1};
+    VolVdbWriter *writer = new_writer(VOL_COMPRESS_BLOSC);
+    VolVdbNewGrid grid = {.name = "g", .index_to_world = unit};
+    VolVdb *vdb;
+    OK(vol_vdb_begin_grid(writer, &grid, &err));
+    OK(vol_vdb_put_leaf(writer, (int32_t[]){0, -2000000000, 0}, values, active, &err));
+    OK(vol_vdb_put_leaf(writer, (int32_t[]){0, 2000000000, 0}, values, active, &err));
+    OK(vol_vdb_end_grid(writer, &err));
+    VolBytes bytes = finish(writer);
+    CHECK(vol_vdb_open(bytes, "far", &vdb, &err) == VOL_BAD_INPUT);
+    CHECK_TEXT(err.text, "cannot read VDB 'far': grid 'g': its active box runs from -2000000000 to 2000000000: "
+                         "voxels so far apart are not supported");
 }
 
 /* Every file there is damaged, or (the empty ones) a sound grid of nothing. */
@@ -1172,6 +1190,7 @@ int main(void)
     RUN(test_damaged_containers);
     RUN(test_damaged_trees);
     RUN(test_boxes_that_lie);
+    RUN(test_boxes_too_large);
     RUN(test_damaged_files);
     RUN(test_cut_at_every_byte);
     RUN(test_overwritten_bytes);
