@@ -40,7 +40,7 @@ LIBS     = -lOpenEXRCore -ljansson -lexpat -lz -lbz2 -llz4 -lm -ldl -pthread
 EXR_CFLAGS ?= -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
 EXR_LIBS   ?= -lOpenEXR -lIex -lImath
 VDB_CFLAGS ?= -isystem /usr/include/Imath
-VDB_LIBS   ?= -lopenvdb -ltbb -lblosc
+VDB_LIBS   ?= -lopenvdb -ltbb -lblosc -llz4
 OIIO_CFLAGS ?= -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
 OIIO_LIBS  ?= -lOpenImageIO -lOpenImageIO_Util
 VTK_CFLAGS ?= -isystem /usr/include/vtk-9.1
@@ -123,6 +123,10 @@ $(OUT)/tests/test_exr_sweep: $(OUT)/obj/tests/unit/test_exr_sweep.o $(LIB)
 
 # Against Blosc itself.
 $(OUT)/tests/test_blosc: LIBS += -lblosc
+
+$(OUT)/tests/test_blosc_pack: $(OUT)/obj/tests/unit/test_blosc_pack.o $(LIB)
+	@mkdir -p $(@D)
+	$(Q)$(CXX) $(SANFLAGS) $(LDFLAGS) -o $@ $< $(LIB) $(LIBS)
 
 $(OUT)/tests/tools/%: $(OUT)/obj/tests/tools/%.o $(LIB)
 	@mkdir -p $(@D)

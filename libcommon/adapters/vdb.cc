@@ -16,6 +16,7 @@
 #include <system_error>
 #include <type_traits>
 
+#include "adapters/blosc_pack.h"
 #include "adapters/vdb_memory.h"
 
 extern "C" {

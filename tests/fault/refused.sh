@@ -1,6 +1,5 @@
-# One allocation fails, whoever makes it: exit 5 and no output, or the very same output.  Volumes are read whatever
-# packed them, but written without Blosc, which works on through a null pointer; the loader's own end is exit 127, of
-# libraries that it is about to bind.
+# One allocation fails, whoever makes it: exit 5 and no output, or the very same output.  The loader's own end is exit
+# 127, of libraries that it is about to bind.
 [ "${SANITIZED:-0}" = 0 ] || exit 77
 . "$TESTS/lib.sh"
 shim=$OUT/tests/shims/fail_malloc.so
@@ -50,6 +49,7 @@ refused 'vol-info, Blosc' 1 vol-info --json blosc.vdb
 refused 'vol-render, Blosc' 3 vol-render -j2 -t tf.json --size 4x4 blosc.vdb
 refused 'vol-render' 3 vol-render -j1 -t tf.json --size 4x4 --aov Z,normal torus.vdb
 refused 'vol-gen, zip' 1 vol-gen -j1 field torus --size 12 --compression zip
+refused 'vol-gen, Blosc' 1 vol-gen -j1 field torus --size 12
 refused 'vol-import, packed' 3 vol-import -j1 --compression none a.nrrd
 
 # a run's stats have every number, or there are none
