@@ -1,6 +1,6 @@
 /* Slices in order: along the normal where all have positions, else by their numbers (files) or as they are stored
- * (frames).  Slices of several times at the same places become time steps; a step of twice the usual one, or three
- * times and so on, is a gap. */
+ * (frames).  Slices of several times at the same places become time steps; where a step is of twice the usual one, or
+ * three times and so on, slices are missing; other steps of more than one and a half are refused. */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
@@ -8,6 +8,9 @@
 #include <string.h>
 
 #include "import/dicom.h"
+
+/* A longer step, in usual ones, is no jitter: something is missing, or the slices are of several series. */
+#define MOST_STEPS 1.5001
 
 static VolVec3 row_of(const DicomPlace *p)
 {
@@ -205,8 +208,28 @@ static double multiple(double distance, double step)
     return fabs(ratio - whole) <= fmin(0.25, 0.1 + 0.01 * whole) ? whole : 0;
 }
 
-/* The usual step: the median; or Spacing Between Slices, where all steps are multiples of it and some are it: then
- * more slices are missing than not. */
+/* The steps from slice to slice in ascending order: is `step` one of them, and are all of them whole multiples of it? */
+static bool all_multiples(const double *steps, size_t n, double step)
+{
+    bool fits = step > 0 && multiple(steps[0], step) == 1;
+    for (size_t i = 0; fits && i < n; i++)
+        fits = multiple(steps[i], step) >= 1;
+    return fits;
+}
+
+/* What the shortest steps are, which differ by little. */
+static double shortest_step(const double *steps, size_t n)
+{
+    double sum = 0;
+    size_t count = 0;
+    while (count < n && steps[count] <= 1.25 * steps[0])
+        sum += steps[count++];
+    return sum / (double)count;
+}
+
+/* The usual step: Spacing Between Slices or the shortest step, where all steps are multiples of it (then more slices may
+ * be missing than not), else the median.  Where a third of the steps are far shorter than that, it is no more usual
+ * than they are. */
 static VolStatus usual_step(const DicomStack *stack, double *out, VolError *err)
 {
     size_t n = stack->count - 1;
@@ -216,24 +239,57 @@ static VolStatus usual_step(const DicomStack *stack, double *out, VolError *err)
     for (size_t i = 0; i < n; i++)
         steps[i] = stack->slices[i + 1].depth - stack->slices[i].depth;
     qsort(steps, n, sizeof *steps, ascending);
-    *out = steps[(n - 1) / 2];
-    double told = stack->slices[0].place->between;
-    bool fits = stack->placed && told > 0 && multiple(steps[0], told) == 1;
-    for (size_t i = 0; fits && i < n; i++)
-        fits = multiple(steps[i], told) >= 1;
-    if (fits)
+    double told = stack->placed ? stack->slices[0].place->between : 0;
+    double shortest = shortest_step(steps, n);
+    double median = steps[(n - 1) / 2], low = n >= 6 ? steps[n / 3] : median;
+    if (all_multiples(steps, n, told))
         *out = told;
+    else if (all_multiples(steps, n, shortest) && multiple(steps[n - 1], shortest) > 1)
+        *out = shortest;
+    else
+        *out = median > MOST_STEPS * low ? low : median;
     free(steps);
     return VOL_OK;
 }
 
 typedef struct Gaps {
-    double missing;  /* slices */
-    size_t places;
-    size_t at;       /* the first: between this slice and the next */
-    double there;    /* how many are missing there */
     double usual;
+    double missing; /* slices */
+    size_t places;
+    size_t at;      /* the first: between this slice and the next */
+    double there;   /* how many are missing there */
+    size_t uneven, uneven_at; /* places with more than a step, but no whole number of them, and the first */
 } Gaps;
+
+/* What is wrong is no missing slice: nothing is there to be found or filled. */
+static VolStatus refuse_uneven(const DicomStack *stack, const Gaps *gaps, const VolSource *source, VolError *err)
+{
+    const DicomSlice *s = &stack->slices[gaps->uneven_at], *t = s + 1;
+    const double *p = s->place->position, *q = t->place->position;
+    char a[300], b[300], more[80] = "";
+    if (gaps->uneven > 1)
+        snprintf(more, sizeof more, "; with other places %zu such gaps", gaps->uneven);
+    return vol_fail(err, VOL_BAD_INPUT,
+                    "cannot import '%s': a gap between %s at %g, %g, %g and %s at %g, %g, %g: they are %.6g apart where %.6g "
+                    "is usual%s: %s",
+                    source->name, label(s, a, sizeof a), p[0], p[1], p[2], label(t, b, sizeof b), q[0], q[1], q[2],
+                    t->depth - s->depth, gaps->usual, more,
+                    source->options->fill_gaps ? "--fill-gaps fills only whole steps"
+                    : s->file == t->file       ? "they are of more than one volume"
+                                               : "import the parts one by one, by naming their files");
+}
+
+/* Frames of several stacks are one volume only where they follow each other as the slices of one do. */
+static VolStatus refuse_stacks(const DicomStack *stack, size_t at, const VolSource *source, VolError *err)
+{
+    const DicomSlice *s = &stack->slices[at], *t = s + 1;
+    char a[300], b[300];
+    return vol_fail(err, VOL_BAD_INPUT,
+                    "cannot import '%s': %s and %s are of stacks '%s' and '%s', which lie %.6g apart; only one stack can be "
+                    "imported",
+                    source->name, label(s, a, sizeof a), label(t, b, sizeof b), s->place->stack, t->place->stack,
+                    t->depth - s->depth);
+}
 
 static VolStatus report_gaps(const DicomStack *stack, const Gaps *gaps, const VolSource *source, VolError *err)
 {
@@ -270,6 +326,28 @@ static VolStatus report_gaps(const DicomStack *stack, const Gaps *gaps, const Vo
                     p[2] + f * (q[2] - p[2]), a, b, t->depth - s->depth, gaps->usual, more);
 }
 
+/* Counts the gaps; `usual` is known. */
+static VolStatus count_gaps(const DicomStack *stack, const VolSource *source, Gaps *gaps, VolError *err)
+{
+    const DicomSlice *s = stack->slices;
+    for (size_t i = 0; i + 1 < stack->count; i++) {
+        double step = s[i + 1].depth - s[i].depth, missing = multiple(step, gaps->usual) - 1;
+        bool uneven = stack->placed && missing < 0 && step > MOST_STEPS * gaps->usual;
+        if ((uneven || missing >= 1) && strcmp(s[i].place->stack, s[i + 1].place->stack) != 0)
+            return refuse_stacks(stack, i, source, err);
+        if (uneven && gaps->uneven++ == 0)
+            gaps->uneven_at = i;
+        if (missing < 1)
+            continue;
+        if (gaps->places++ == 0) {
+            gaps->at = i;
+            gaps->there = missing;
+        }
+        gaps->missing += missing;
+    }
+    return gaps->uneven ? refuse_uneven(stack, gaps, source, err) : VOL_OK;
+}
+
 /* Gives every slice its voxel along k. */
 static VolStatus find_gaps(DicomStack *stack, const VolSource *source, VolError *err)
 {
@@ -277,28 +355,22 @@ static VolStatus find_gaps(DicomStack *stack, const VolSource *source, VolError 
     DicomSlice *s = stack->slices;
     size_t n = stack->count;
     VolStatus status = n > 2 ? usual_step(stack, &gaps.usual, err) : VOL_OK;
-    for (size_t i = 0; !status && n > 2 && i + 1 < n; i++) {
-        double missing = multiple(s[i + 1].depth - s[i].depth, gaps.usual) - 1;
-        if (missing < 1)
-            continue;
-        if (gaps.places++ == 0) {
-            gaps.at = i;
-            gaps.there = missing;
-        }
-        gaps.missing += missing;
-    }
+    if (!status && n > 2)
+        status = count_gaps(stack, source, &gaps, err);
     if (!status && gaps.places)
         status = report_gaps(stack, &gaps, source, err);
-    bool fill = !status && source->options->fill_gaps;
+    if (status)
+        return status;
     int64_t slot = 0;
     for (size_t i = 0; i < n; i++) {
-        double steps = i && fill && n > 2 ? multiple(s[i].depth - s[i - 1].depth, gaps.usual) : 1;
+        bool fill = source->options->fill_gaps && i && n > 2;
+        double steps = fill ? multiple(s[i].depth - s[i - 1].depth, gaps.usual) : 1;
         slot += i == 0 ? 0 : steps > 1 ? (int64_t)steps : 1;
         for (size_t t = 0; t < stack->times; t++)
             s[t * n + i].slot = slot;
     }
     stack->slots = slot + 1;
-    return status;
+    return VOL_OK;
 }
 
 VolStatus vol_dicom_order(DicomStack *stack, const VolSource *source, VolError *err)

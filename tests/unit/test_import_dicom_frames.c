@@ -267,6 +267,29 @@ static void test_contradictions(void)
     check_no_image(&s, "functional groups of more frames than the 4");
 }
 
+/* Stacks are one volume where one follows the other in even steps. */
+static void test_stacks(void)
+{
+    VolImportOptions fill = plain;
+    fill.fill_gaps = true;
+    Image s = usual;
+    const char *const places[4] = {"1\\2\\3", "1\\2\\5", "1\\2\\7", "1\\2\\9"};
+    for (int i = 0; i < 4; i++) {
+        s.stack[i] = i < 2 ? "1" : "2";
+        s.position[i] = places[i];
+    }
+    check_image(&s, NULL, 4, NULL, (double[]){-3, -1, 17, 19, 37, 39, 57, 59});
+    s.position[3] = "1\\2\\49.3";
+    s.position[2] = "1\\2\\47.3";
+    check_no_image(&s, "(frame 2) and ");
+    check_no_image(&s, "(frame 3) are of stacks '1' and '2', which lie 42.3 apart");
+    s.position[3] = "1\\2\\11"; /* nor is anything filled between them */
+    s.position[2] = "1\\2\\9";
+    check_no_image(&s, "are of stacks '1' and '2', which lie 4 apart");
+    save_image("image", &s);
+    check_refused("image", &fill, "are of stacks '1' and '2', which lie 4 apart");
+}
+
 static void test_same_place(void)
 {
     Image s = usual;
@@ -331,7 +354,7 @@ static void test_gaps(void)
     check_no_image(&s, "--fill-gaps");
     check_filled("image", 10, (double[]){97, 77, 57, NAN, NAN, NAN, 37, 17, NAN, -3});
 
-    s.position[0] = "0\\0\\17"; /* half a step is no gap */
+    s.position[0] = "0\\0\\11"; /* half a step is no gap */
     s.position[1] = "0\\0\\8.5";
     s.position[2] = "0\\0\\6";
     check_image(&s, NULL, 6, NULL, (double[]){97, 99, 77, 79, 57, 59, 37, 39, 17, 19, -3, -1});
@@ -666,6 +689,7 @@ int main(void)
     RUN(test_spacing_option);
     RUN(test_contradictions);
     RUN(test_same_place);
+    RUN(test_stacks);
     RUN(test_times);
     RUN(test_gaps);
     RUN(test_missing_file);
