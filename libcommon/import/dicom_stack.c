@@ -270,8 +270,8 @@ static VolStatus refuse_uneven(const DicomStack *stack, const Gaps *gaps, const 
     if (gaps->uneven > 1)
         snprintf(more, sizeof more, "; with other places %zu such gaps", gaps->uneven);
     return vol_fail(err, VOL_BAD_INPUT,
-                    "cannot import '%s': a gap between %s at %g, %g, %g and %s at %g, %g, %g: they are %.6g apart where %.6g "
-                    "is usual%s: %s",
+                    "cannot import '%s': a gap between %s at %g, %g, %g and %s at %g, %g, %g: they are %.6g apart where "
+                    "%.6g is usual%s: %s",
                     source->name, label(s, a, sizeof a), p[0], p[1], p[2], label(t, b, sizeof b), q[0], q[1], q[2],
                     t->depth - s->depth, gaps->usual, more,
                     source->options->fill_gaps ? "--fill-gaps fills only whole steps"
