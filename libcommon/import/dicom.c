@@ -16,7 +16,8 @@
 
 bool vol_is_dicom(const VolBytes *bytes)
 {
-    return bytes->size >= 132 && memcmp(bytes->data + 128, "DICM", 4) == 0;
+    size_t start;
+    return vol_dicom_start(bytes, &start);
 }
 
 /* The series: the one that --array names (by UID, number or description), or the only one. */
@@ -152,11 +153,31 @@ static void remark(const DicomStack *stack, const VolSource *source)
         vol_note(source->log, "'%s': its real world value mapping is not applied", source->name);
 }
 
-static VolStatus read_series(DicomFile *files, size_t count, const VolSource *source, VolSampled *out,
-                             VolError *err)
+/* Files without pixels are reports and the like, unless they say that they are slices: then they were cut. */
+static VolStatus check_lost(const DicomFile *lost, size_t lost_count, const DicomFile *files, size_t count, VolError *err)
+{
+    for (size_t i = 0; i < lost_count; i++) {
+        const DicomFile *f = &lost[i];
+        bool same = !f->series[0] || strcmp(f->series, files->series) == 0;
+        bool slice = f->rows > 0 || (!f->series[0] && !f->kind[0]);
+        for (size_t n = 0; f->kind[0] && !slice && n < count; n++)
+            slice = strcmp(f->kind, files[n].kind) == 0;
+        if (same && slice)
+            return vol_fail(err, VOL_BAD_INPUT,
+                            "cannot import '%s': it is a slice without pixels: truncated; replace it, or move it elsewhere",
+                            f->name);
+    }
+    return VOL_OK;
+}
+
+/* `files` with pixels, and those without. */
+static VolStatus read_series(DicomFile *files, size_t count, const DicomFile *lost, size_t lost_count,
+                             const VolSource *source, VolSampled *out, VolError *err)
 {
     DicomStack stack = {0};
     VolStatus status = choose_series(files, &count, source->options->array, source->name, err);
+    if (!status)
+        status = check_lost(lost, lost_count, files, count, err);
     if (!status)
         status = list_slices(files, count, &stack, err);
     if (!status)
@@ -179,24 +200,24 @@ VolStatus vol_read_dicom(VolBytes *bytes, const char *const *names, size_t count
 {
     *out = (VolSampled){0};
     *images = 0;
+    size_t lost = count; /* files with pixels from the front, the others from the back */
     DicomFile *files = vol_alloc_zero(count, sizeof *files);
     VolStatus status = files ? VOL_OK : vol_fail_memory(err, count * sizeof *files);
     for (size_t i = 0; !status && i < count; i++) {
-        DicomFile *file = &files[*images];
+        DicomFile file = {0};
         status = vol_dicom_unpack(&bytes[i], names[i], err);
         if (!status)
-            status = vol_dicom_parse(&bytes[i], names[i], file, err);
-        if (status || file->rows > 0)
-            ++*images;
+            status = vol_dicom_parse(&bytes[i], names[i], &file, err);
+        if (status || file.pixels)
+            files[(*images)++] = file;
         else
-            vol_dicom_free(file); /* reports and directories have no pixels: passed over */
+            files[--lost] = file;
     }
-    size_t parsed = *images;
-    if (!status && parsed == 0)
+    if (!status && *images == 0)
         status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': no DICOM file with an image", source->name);
     if (!status)
-        status = read_series(files, parsed, source, out, err);
-    for (size_t i = 0; i < parsed; i++)
+        status = read_series(files, *images, files + lost, count - lost, source, out, err);
+    for (size_t i = 0; files && i < count; i++)
         vol_dicom_free(&files[i]);
     free(files);
     for (size_t i = 0; i < count; i++)

@@ -23,7 +23,8 @@ typedef struct DicomFile {
     const char *name;
     char series[80], number[16], description[80]; /* trimmed */
     char syntax[80], photometric[20];
-    uint32_t rows, columns, frames; /* rows 0: no image */
+    char kind[80]; /* SOP Class UID */
+    uint32_t rows, columns, frames;
     uint32_t bits_allocated, bits_stored, high_bit, samples;
     DicomSample sample;
     bool is_signed, big_endian;
@@ -31,6 +32,7 @@ typedef struct DicomFile {
     bool encapsulated, mosaic, cine, real_world;
     const char *varies;  /* what else than the slice differs from frame to frame; NULL: nothing */
     int64_t instance;
+    bool has_instance;
     uint32_t private_block; /* of Siemens' elements in group 19; 0: none */
     DicomPlace common;
     DicomPlace *each;    /* of every frame, owned; NULL: `common` holds for all */
@@ -39,9 +41,12 @@ typedef struct DicomFile {
     bool groups_placed;  /* and come from functional groups */
     double *offsets;     /* of the frames along the normal (RT Dose), owned */
     size_t offset_count;
-    const unsigned char *pixels; /* within the file's bytes */
+    const unsigned char *pixels; /* within the file's bytes; NULL: no image */
     size_t pixel_bytes;
 } DicomFile;
+
+/* Where the groups of elements begin: behind a preamble and a mark, or at once.  False: the bytes are no DICOM. */
+bool vol_dicom_start(const VolBytes *bytes, size_t *start);
 
 /* Unpacks what follows the first group where that group says that it is deflated. */
 VolStatus vol_dicom_unpack(VolBytes *bytes, const char *name, VolError *err);
@@ -71,8 +76,5 @@ typedef struct DicomStack {
 /* Puts the slices in order and finds what is missing; `stack->count` are all of them at first. */
 VolStatus vol_dicom_order(DicomStack *stack, const VolSource *source, VolError *err);
 void vol_dicom_affine(const DicomStack *stack, const VolLog *log, VolAffine *out);
-
-/* "cannot import" a folder without images: names its sub-folders that hold DICOM. */
-VolStatus vol_fail_no_dicom(const char *path, VolError *err);
 
 #endif

@@ -120,7 +120,7 @@ VolStatus vol_dicom_check(const DicomFile *f, VolError *err)
     VolStatus status = check_syntax(f, err);
     if (!status)
         status = check_kind(f, err);
-    if (!status && (!f->columns || !f->frames))
+    if (!status && (!f->rows || !f->columns || !f->frames))
         status = vol_fail(err, VOL_BAD_INPUT,
                           "cannot import '%s': DICOM size is impossible: %u rows, %u columns, %u frames", f->name,
                           (unsigned)f->rows, (unsigned)f->columns, (unsigned)f->frames);

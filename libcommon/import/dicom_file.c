@@ -259,10 +259,14 @@ static VolStatus take_element(const Cursor *c, const Element *e, DicomFile *out,
     if (e->tag >> 16 == 0x0019 || e->tag == TAG(0x0008, 0x0008))
         take_mosaic(c, e, out);
     switch (e->tag) {
+    case TAG(0x0008, 0x0016): copy_text(e, out->kind, sizeof out->kind); break;
     case TAG(0x0008, 0x103e): copy_text(e, out->description, sizeof out->description); break;
     case TAG(0x0020, 0x000e): copy_text(e, out->series, sizeof out->series); break;
     case TAG(0x0020, 0x0011): copy_text(e, out->number, sizeof out->number); break;
-    case TAG(0x0020, 0x0013): out->instance = whole_of(e); break;
+    case TAG(0x0020, 0x0013):
+        out->instance = whole_of(e);
+        out->has_instance = decimals(e, &number, 1);
+        break;
     case TAG(0x0028, 0x0002): out->samples = short_of(c, e); break;
     case TAG(0x0028, 0x0004): copy_text(e, out->photometric, sizeof out->photometric); break;
     case TAG(0x0028, 0x0008):
@@ -407,6 +411,8 @@ static VolStatus read_file_meta(Cursor *c, DicomFile *out, VolError *err)
             return status;
         if (e.tag == TAG(0x0002, 0x0010))
             copy_text(&e, out->syntax, sizeof out->syntax);
+        if (e.tag == TAG(0x0002, 0x0002))
+            copy_text(&e, out->kind, sizeof out->kind);
         c->at += e.length;
     }
     c->explicit_vr = strcmp(out->syntax, "1.2.840.10008.1.2") != 0;
@@ -414,10 +420,26 @@ static VolStatus read_file_meta(Cursor *c, DicomFile *out, VolError *err)
     return VOL_OK;
 }
 
+bool vol_dicom_start(const VolBytes *bytes, size_t *start)
+{
+    const unsigned char *p = bytes->data;
+    /* Group 2 begins with its length, version or class, the syntax, always in this form. */
+    static const struct {
+        unsigned char element;
+        char vr[3];
+    } first[] = {{0x00, "UL"}, {0x01, "OB"}, {0x02, "UI"}, {0x03, "UI"}, {0x10, "UI"}};
+    bool marked = bytes->size >= 132 && memcmp(p + 128, "DICM", 4) == 0, bare = false;
+    for (size_t i = 0; !marked && bytes->size >= 132 && i < sizeof first / sizeof *first; i++)
+        bare = bare || (vol_get_u32(p, false) == TAG(first[i].element, 2) && memcmp(p + 4, first[i].vr, 2) == 0);
+    *start = marked ? 132 : 0;
+    return marked || bare;
+}
+
 VolStatus vol_dicom_unpack(VolBytes *bytes, const char *name, VolError *err)
 {
-    Cursor c = {.data = bytes->data, .size = bytes->size, .at = 132, .name = name};
+    Cursor c = {.data = bytes->data, .size = bytes->size, .name = name};
     DicomFile file;
+    vol_dicom_start(bytes, &c.at);
     VolStatus status = read_file_meta(&c, &file, err);
     if (status || strcmp(file.syntax, "1.2.840.10008.1.2.1.99") != 0)
         return status;
@@ -521,7 +543,8 @@ static VolStatus read_element(Cursor *c, DicomFile *out, VolError *err)
 
 VolStatus vol_dicom_parse(const VolBytes *bytes, const char *name, DicomFile *out, VolError *err)
 {
-    Cursor c = {.data = bytes->data, .size = bytes->size, .at = 132, .name = name};
+    Cursor c = {.data = bytes->data, .size = bytes->size, .name = name};
+    vol_dicom_start(bytes, &c.at);
     *out = (DicomFile){.name = name,
                        .frames = 1,
                        .samples = 1,
@@ -530,9 +553,7 @@ VolStatus vol_dicom_parse(const VolBytes *bytes, const char *name, DicomFile *ou
     out->big_endian = c.big;
     while (!status && c.at < c.size && !out->pixels)
         status = read_element(&c, out, err);
-    if (!out->pixels)
-        out->rows = 0;
-    if (!status && out->rows && out->offsets && !out->each && out->frames > 1)
+    if (!status && out->pixels && out->offsets && !out->each && out->frames > 1)
         status = place_offsets(out, err);
     return status;
 }

@@ -114,6 +114,11 @@ static VolStatus check_places(DicomStack *stack, const VolLog *log, VolError *er
         return vol_fail(err, VOL_BAD_INPUT,
                         "cannot import '%s': frames of several stacks or times, which have no positions",
                         first->file->name);
+    for (size_t i = 0; !frames && stack->count > 1 && i < stack->count; i++)
+        if (!stack->slices[i].file->has_instance)
+            return vol_fail(err, VOL_BAD_INPUT,
+                            "cannot import %s: it has neither a place nor an instance number to put it in order",
+                            label(&stack->slices[i], a, sizeof a));
     if (with)
         vol_warn(log, "%s has no position: the slices are put in order of their instance numbers",
                  label(without, a, sizeof a));

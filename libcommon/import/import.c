@@ -1,8 +1,6 @@
 /* What a file is, its first bytes tell; where they tell nothing, options must. */
 #include "import/import.h"
 
-#include <dirent.h>
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -83,97 +81,6 @@ static VolStatus open_one(const char *path, const VolSource *source, VolSampled 
     return status;
 }
 
-/* Several files are slices of a DICOM series.  In a folder files of other kinds are passed over. */
-static VolStatus open_series(const char *const *paths, size_t count, bool folder, const VolSource *source,
-                             VolSampled *out, VolError *err)
-{
-    VolBytes *bytes = vol_alloc_zero(count, sizeof *bytes);
-    const char **names = vol_alloc_zero(count, sizeof *names);
-    VolStatus status = bytes && names ? VOL_OK : vol_fail_memory(err, count * sizeof *bytes);
-    size_t kept = 0;
-    for (size_t i = 0; !status && i < count; i++) {
-        status = source->files->read(source->files->user, paths[i], &bytes[kept], err);
-        if (status)
-            break;
-        names[kept] = paths[i];
-        if (vol_is_dicom(&bytes[kept])) {
-            kept++;
-        } else if (folder) {
-            vol_note(source->log, "passed over '%s': not DICOM", paths[i]);
-            vol_bytes_free(&bytes[kept]);
-        } else if (vol_import_unread(&bytes[kept], paths[i])) {
-            status = vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", paths[i],
-                              vol_import_unread(&bytes[kept], paths[i]));
-            kept++;
-        } else {
-            status = vol_fail(err, VOL_USAGE,
-                              "'%s' is not DICOM: several inputs are slices of a DICOM series, or raw "
-                              "slices with --dims and --type",
-                              paths[i]);
-            kept++;
-        }
-    }
-    if (!status) {
-        size_t images;
-        status = vol_read_dicom(bytes, names, kept, source, out, &images, err);
-        kept = 0; /* taken over */
-        if (status == VOL_BAD_INPUT && folder && images == 0)
-            status = vol_fail_no_dicom(source->name, err);
-    }
-    for (size_t i = 0; bytes && i < kept; i++)
-        vol_bytes_free(&bytes[i]);
-    free(bytes);
-    free(names);
-    return status;
-}
-
-static int by_name(const void *a, const void *b) { return strcmp(*(char *const *)a, *(char *const *)b); }
-
-/* The regular files of a folder, sorted by name, so that messages and ties do not depend on the file system. */
-static VolStatus list_folder(const char *path, char ***out, size_t *count, VolError *err)
-{
-    DIR *folder = opendir(path);
-    if (!folder)
-        return vol_fail_errno(err, errno, "cannot open", path);
-    VolStatus status = VOL_OK;
-    char **names = NULL;
-    size_t n = 0;
-    for (struct dirent *entry; !status && (entry = readdir(folder));) {
-        char *name = vol_format_text("%s/%s", path, entry->d_name);
-        char **longer = name ? vol_resize(names, n + 1, sizeof *names) : NULL;
-        struct stat info;
-        if (!longer) {
-            status = vol_fail_memory(err, (n + 1) * sizeof *names);
-        } else {
-            names = longer;
-            if (entry->d_name[0] != '.' && stat(name, &info) == 0 && S_ISREG(info.st_mode)) {
-                names[n++] = name;
-                name = NULL;
-            }
-        }
-        free(name);
-    }
-    closedir(folder);
-    if (n)
-        qsort(names, n, sizeof *names, by_name);
-    *out = names;
-    *count = n;
-    return status;
-}
-
-static VolStatus open_folder(const char *path, const VolSource *source, VolSampled *out, VolError *err)
-{
-    char **names = NULL;
-    size_t count = 0;
-    VolStatus status = list_folder(path, &names, &count, err);
-    if (!status)
-        status = open_series((const char *const *)names, count, true, source, out, err);
-    for (size_t i = 0; i < count; i++)
-        free(names[i]);
-    free(names);
-    return status;
-}
-
 VolStatus vol_import_open(const char *const *paths, size_t count, const VolImportOptions *options,
                           const VolImportFiles *files, const VolLog *log, VolSampled *out, VolError *err)
 {
@@ -185,9 +92,9 @@ VolStatus vol_import_open(const char *const *paths, size_t count, const VolImpor
     if (options->raw)
         status = vol_read_raw(&source, paths, count, out, err);
     else if (count > 1)
-        status = open_series(paths, count, false, &source, out, err);
+        status = vol_read_dicom_files(paths, count, &source, out, err);
     else if (strcmp(paths[0], "-") != 0 && stat(paths[0], &info) == 0 && S_ISDIR(info.st_mode))
-        status = open_folder(paths[0], &source, out, err);
+        status = vol_read_dicom_folder(paths[0], &source, out, err);
     else
         status = open_one(paths[0], &source, out, err);
     if (status)

@@ -40,6 +40,10 @@ bool vol_is_dicom(const VolBytes *bytes);
 /* Takes the bytes of all files over; `images` of them have pixels. */
 VolStatus vol_read_dicom(VolBytes *bytes, const char *const *names, size_t count, const VolSource *source,
                          VolSampled *out, size_t *images, VolError *err);
+/* Several files that are slices, or those of a folder, in which files of other kinds are passed over. */
+VolStatus vol_read_dicom_files(const char *const *paths, size_t count, const VolSource *source, VolSampled *out,
+                               VolError *err);
+VolStatus vol_read_dicom_folder(const char *path, const VolSource *source, VolSampled *out, VolError *err);
 
 /* Samples alone, in one file or one slice per file. */
 VolStatus vol_read_raw(const VolSource *source, const char *const *names, size_t count, VolSampled *out,
