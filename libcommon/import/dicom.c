@@ -107,8 +107,11 @@ static VolStatus join_slices(const DicomStack *stack, const char *name, VolSampl
     for (size_t i = 0; i < stack->count * stack->times; i++) {
         const DicomSlice *s = &stack->slices[i];
         double *to = values + area * (i / stack->count * (size_t)stack->slots + (size_t)s->slot);
-        for (size_t n = 0; n < area; n++)
-            to[n] = s->place->slope * stored_value(s->file, area * s->frame + n) + s->place->intercept;
+        for (size_t n = 0; n < area; n++) {
+            double stored = stored_value(s->file, area * s->frame + n);
+            to[n] = s->file->lut.there ? vol_dicom_mapped(s->file, stored)
+                                       : s->place->slope * stored + s->place->intercept;
+        }
     }
     const uint16_t one = 1;
     out->big_endian = *(const unsigned char *)&one == 0;

@@ -19,6 +19,15 @@ typedef struct DicomPlace {
 
 typedef enum DicomSample { DICOM_INTEGER, DICOM_FLOAT, DICOM_DOUBLE } DicomSample;
 
+/* Modality LUT, as the file has it. */
+typedef struct DicomLut {
+    bool there, described;
+    uint16_t entries, first, bits; /* 0 entries are 65536 */
+    bool is_signed, big, swapped;  /* the first value; words; bytes, two of them in a big-endian word */
+    const unsigned char *data;     /* within the file's bytes */
+    size_t size;
+} DicomLut;
+
 typedef struct DicomFile {
     const char *name;
     char series[80], number[16], description[80]; /* trimmed */
@@ -35,6 +44,7 @@ typedef struct DicomFile {
     bool has_instance;
     uint32_t private_block; /* of Siemens' elements in group 19; 0: none */
     DicomPlace common;
+    DicomLut lut;        /* goes before slope and intercept */
     DicomPlace *each;    /* of every frame, owned; NULL: `common` holds for all */
     size_t each_count;
     bool frames_placed;  /* positions are those of frames, not of the first one, */
@@ -57,6 +67,10 @@ void vol_dicom_free(DicomFile *file);
 
 /* Whether the pixels are uncompressed, grey, of a known size, all there, and slices. */
 VolStatus vol_dicom_check(const DicomFile *file, VolError *err);
+
+/* Whether the table can be applied; the value that it gives to a stored one. */
+VolStatus vol_dicom_check_lut(const DicomFile *f, VolError *err);
+double vol_dicom_mapped(const DicomFile *f, double stored);
 
 typedef struct DicomSlice {
     const DicomFile *file;

@@ -126,6 +126,8 @@ VolStatus vol_dicom_check(const DicomFile *f, VolError *err)
                           (unsigned)f->rows, (unsigned)f->columns, (unsigned)f->frames);
     if (!status)
         status = check_bits(f, err);
+    if (!status)
+        status = vol_dicom_check_lut(f, err);
     if (status)
         return status;
     uint64_t wanted = ((uint64_t)f->rows * f->columns * f->frames * f->bits_allocated + 7) / 8;

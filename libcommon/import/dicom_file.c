@@ -1,6 +1,6 @@
 /* The walk through the data elements of a DICOM file (PS3.5 section 7): tag, in explicit syntaxes the type (VR),
- * length, value.  Of sequences only the functional groups of enhanced images (PS3.3 C.7.6.16) and the detectors of
- * nuclear medicine are entered; the others are passed over, so that an icon's size is not taken for the image's.
+ * length, value.  Of sequences only the functional groups of enhanced images (PS3.3 C.7.6.16), the detectors of
+ * nuclear medicine and the modality LUT are entered; the others are passed over, so that an icon's size is not taken for the image's.
  * The pixels are the last that is read: what follows is padding, signatures, or no DICOM at all. */
 #include <math.h>
 #include <stdlib.h>
@@ -286,7 +286,25 @@ static VolStatus take_element(const Cursor *c, const Element *e, DicomFile *out,
 }
 
 /* What the items of a sequence are. */
-typedef enum Level { SHARED_GROUPS, FRAME_GROUPS, MACRO, DETECTOR } Level;
+typedef enum Level { SHARED_GROUPS, FRAME_GROUPS, MACRO, DETECTOR, MODALITY_LUT } Level;
+
+static void take_lut(const Cursor *c, const Element *e, DicomLut *out)
+{
+    bool big = c->big && strcmp(e->vr, "UN") != 0;
+    out->there = true;
+    if (e->tag == TAG(0x0028, 0x3002) && e->length >= 6) {
+        out->described = true;
+        out->entries = vol_get_u16(e->value, big);
+        out->first = vol_get_u16(e->value + 2, big);
+        out->bits = vol_get_u16(e->value + 4, big);
+        out->is_signed = strcmp(e->vr, "SS") == 0;
+    } else if (e->tag == TAG(0x0028, 0x3006)) {
+        out->data = e->value;
+        out->size = e->length;
+        out->big = big;
+        out->swapped = big && strcmp(e->vr, "OW") == 0;
+    }
+}
 
 static bool is_sequence(const Element *e)
 {
@@ -331,6 +349,11 @@ static VolStatus read_item(Cursor *c, bool open, Level level, DicomFile *file, D
             return status;
         if (groups || e.length == UNDEFINED)
             continue;
+        if (level == MODALITY_LUT) {
+            if (place == &file->common) /* the first item */
+                take_lut(c, &e, &file->lut);
+            continue;
+        }
         bool position = e.tag == TAG(0x0020, 0x0032) || e.tag == TAG(0x0020, 0x9301);
         if (level == MACRO || position || e.tag == TAG(0x0020, 0x0037))
             take_place(c, &e, place);
@@ -533,6 +556,7 @@ static VolStatus read_element(Cursor *c, DicomFile *out, VolError *err)
             return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': functional groups of frames come twice",
                             c->name);
         return read_items(c, &e, FRAME_GROUPS, out, NULL, err);
+    case TAG(0x0028, 0x3000): return read_items(c, &e, MODALITY_LUT, out, &out->common, err);
     case TAG(0x0054, 0x0022): return read_items(c, &e, DETECTOR, out, &out->common, err);
     default: break;
     }
