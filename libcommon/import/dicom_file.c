@@ -1,7 +1,7 @@
 /* The walk through the data elements of a DICOM file (PS3.5 section 7): tag, in explicit syntaxes the type (VR),
  * length, value.  Of sequences only the functional groups of enhanced images (PS3.3 C.7.6.16), the detectors of
- * nuclear medicine and the modality LUT are entered; the others are passed over, so that an icon's size is not taken for the image's.
- * The pixels are the last that is read: what follows is padding, signatures, or no DICOM at all. */
+ * nuclear medicine and the modality LUT are entered; the others are passed over, so that an icon's size is not taken
+ * for the image's.  The pixels are the last that is read: what follows is padding, signatures, or no DICOM at all. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

@@ -182,7 +182,7 @@ static VolStatus refuse_operand(const char *path, const VolBytes *bytes, VolErro
     if (unread)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", path, unread);
     return vol_fail(err, VOL_BAD_INPUT,
-                    "cannot import '%s' %s: several inputs are slices of a DICOM series, or raw slices with --dims and "
+                    "cannot import '%s': it %s: several inputs are slices of a DICOM series, or raw slices with --dims and "
                     "--type",
                     path, stray.what);
 }

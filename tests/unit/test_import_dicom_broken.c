@@ -49,7 +49,7 @@ static void test_not_dicom(void)
     }
     save("plain/4.dcm", "<html>404 not found</html>", 26);
     check_refused("plain", NULL, "4.dcm' is not DICOM, but named as '");
-    check_operands("plain/4.dcm", VOL_BAD_INPUT, "4.dcm' is not DICOM");
+    check_operands("plain/4.dcm", VOL_BAD_INPUT, "4.dcm': it is not DICOM");
     save("plain/other.nrrd", "NRRD0001\n", 9);
     check_operands("plain/other.nrrd", VOL_USAGE, "is NRRD");
 }
