@@ -128,7 +128,7 @@ static void place_axes(const VolSampled *image, const VolImportOptions *options,
         axis[a] = vol_vec3(out->m[a][0], out->m[a][1], out->m[a][2]);
         double length = vol_length(axis[a]);
         missing[a] = !(length > 0 && isfinite(length));
-        made[a] = !options->spacing_given && (missing[a] || image->spacing_made[a]);
+        made[a] = !options->spacing_given && (missing[a] ? !(image->lengths[a] > 0) : image->spacing_made[a]);
     }
     for (int a = 0; a < 3; a++) {
         bool replaced = missing[a];
@@ -138,9 +138,10 @@ static void place_axes(const VolSampled *image, const VolImportOptions *options,
         if (!replaced && !options->spacing_given)
             continue;
         double length = vol_length(axis[a]);
+        double wanted = options->spacing_given ? spacing[a] : image->lengths[a] > 0 ? image->lengths[a] : 1;
         const double direction[3] = {axis[a].x / length, axis[a].y / length, axis[a].z / length};
         for (int c = 0; c < 3; c++)
-            out->m[a][c] = direction[c] * (options->spacing_given ? spacing[a] : 1);
+            out->m[a][c] = direction[c] * wanted;
     }
 }
 

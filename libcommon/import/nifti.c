@@ -146,36 +146,71 @@ static void affine_of_qform(const Header *h, VolAffine *out, bool made[3])
         out->m[3][to] = real_at(h, h->at->qoffset, to);
 }
 
-/* Whether the sform places voxels.  A column of zeros does not spoil it (the axis has no spacing), unless there is
- * a qform to ask. */
-static bool sform_holds(const Header *h, const VolAffine *sform)
+static bool can_invert(const VolAffine *affine)
 {
-    VolAffine inverse;
-    return code_at(h, h->at->sform) > 0 && (code_at(h, h->at->qform) <= 0 || vol_affine_invert(sform, &inverse));
+    VolAffine directions = *affine, inverse;
+    memset(directions.m[3], 0, sizeof directions.m[3]);
+    return vol_affine_invert(&directions, &inverse);
+}
+
+/* pixdim's, 0 where it gives none. */
+static double length_at(const Header *h, int axis)
+{
+    bool made;
+    double length = vol_step_or_one(fabs(real_at(h, h->at->pixdim, axis + 1)), &made);
+    return made ? 0 : length;
+}
+
+/* An sform with no qform beside it.  Columns of zeros have a length all the same; where the others are of no use
+ * either, the spacing alone is left. */
+static void mend_sform(const Header *h, const VolSource *source, VolSampled *out)
+{
+    VolAffine *affine = &out->index_to_world, filled = *affine;
+    int zeros = 0;
+    for (int a = 0; a < 3; a++) {
+        const double *l = affine->m[a], *m = affine->m[(a + 1) % 3], *n = affine->m[(a + 2) % 3];
+        if (l[0] != 0 || l[1] != 0 || l[2] != 0)
+            continue;
+        VolVec3 across = vol_cross(vol_vec3(m[0], m[1], m[2]), vol_vec3(n[0], n[1], n[2]));
+        filled.m[a][0] = across.x, filled.m[a][1] = across.y, filled.m[a][2] = across.z;
+        out->lengths[a] = length_at(h, a);
+        zeros++;
+    }
+    bool holds = zeros == 2 || (zeros == 1 && can_invert(&filled)); /* what is missing is put across the others */
+    for (int a = 0; !holds && a < 3; a++) {
+        memset(affine->m[a], 0, sizeof affine->m[a]);
+        affine->m[a][a] = vol_step_or_one(length_at(h, a), &out->spacing_made[a]);
+    }
+    vol_warn(source->log, "'%s': the sform cannot be inverted; %s", source->name,
+             holds ? "the axes that it leaves out are put across the others" : "the spacing alone is taken");
 }
 
 static VolStatus read_affine(const Header *h, const VolSource *source, VolSampled *out, VolError *err)
 {
     VolAffine *affine = &out->index_to_world;
+    bool sform = code_at(h, h->at->sform) > 0, qform = code_at(h, h->at->qform) > 0;
     for (int to = 0; to < 3; to++)
         for (int axis = 0; axis < 4; axis++)
             affine->m[axis][to] = real_at(h, h->at->srow, 4 * to + axis);
-    if (sform_holds(h, affine))
+    if (sform && can_invert(affine))
         return VOL_OK;
+    if (sform && !qform) {
+        mend_sform(h, source, out);
+        return VOL_OK;
+    }
     *affine = (VolAffine){0};
-    if (code_at(h, h->at->qform) > 0) {
+    if (qform) {
         for (int i = 0; i < 3; i++)
             if (!isfinite(real_at(h, h->at->quatern, i)))
                 return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': the quaternion of its qform is not finite",
                                 source->name);
-        if (code_at(h, h->at->sform) > 0)
+        if (sform)
             vol_warn(source->log, "'%s': the sform cannot be inverted; the qform is taken", source->name);
         affine_of_qform(h, affine, out->spacing_made);
         return VOL_OK;
     }
     for (int axis = 0; axis < 3; axis++)
-        affine->m[axis][axis] =
-            vol_step_or_one(fabs(real_at(h, h->at->pixdim, axis + 1)), &out->spacing_made[axis]);
+        affine->m[axis][axis] = vol_step_or_one(length_at(h, axis), &out->spacing_made[axis]);
     return VOL_OK;
 }
 

@@ -34,6 +34,7 @@ typedef struct VolSampled {
     double slope, intercept;
     bool float_holds;        /* a float suffices for the values, whatever `type` is */
     VolAffine index_to_world; /* m[a] is 0 0 0 where the file gives axis a no spacing */
+    double lengths[3];        /* of the axes whose m[a] is 0 0 0, if the file gives them; else 0 */
     bool spacing_made[3];     /* the file gives axis a a direction, but no spacing: m[a] has length 1 */
 } VolSampled;
 

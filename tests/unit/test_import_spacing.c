@@ -4,7 +4,6 @@
 
 static const int32_t dims222[3] = {2, 2, 2};
 static const double eight[8] = {0, 1, 2, 3, 4, 5, 6, 7};
-static const double identity[12] = {1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0};
 
 /* As check_import, and which axes were given 1 ("xz"; "": none). */
 static void check_made(const char *name, const Block *b, const VolImportOptions *options, const double *affine,
@@ -220,17 +219,25 @@ static void test_nifti_sform(void)
 {
     Block b = nifti_header(false);
     set_int(&b, 254, 1, 2, false);
+    check_made("sform.nii", &b, NULL, (double[]){2, 0, 0, 0, 3, 0, 0, 0, 4, 0, 0, 0}, ""); /* nothing: pixdim */
     set_f32(&b, 280 + 4 * 1, 2, false);  /* y runs along world x, */
     set_f32(&b, 280 + 4 * 4, -3, false); /* x backwards along world y, z nowhere */
-    check_made("sform.nii", &b, NULL, (double[]){0, -3, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0}, "z");
+    check_made("sform.nii", &b, NULL, (double[]){0, -3, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0}, "");
+    Block bare = b;
+    set_f32(&bare, 88, 0, false); /* no pixdim either */
+    check_made("sform.nii", &bare, NULL, (double[]){0, -3, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0}, "z");
     set_f32(&b, 280 + 4 * 4, 0, false); /* x nowhere either: y has its place */
-    check_made("sform.nii", &b, NULL, (double[]){0, 1, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0}, "xz");
+    check_made("sform.nii", &b, NULL, (double[]){0, 2, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0}, "");
     set_f32(&b, 280 + 4 * 1, 0, false);
-    check_made("sform.nii", &b, NULL, identity, "xyz");
     for (size_t i = 0; i < 3; i++)
         set_f32(&b, 280 + 4 * i, 1, false); /* all along x */
-    save_block("flat.nii", &b);
-    check_refused("flat.nii", NULL, "cannot be inverted");
+    set_f32(&b, 280 + 4 * 3, 9, false);
+    check_made("sform.nii", &b, NULL, (double[]){2, 0, 0, 0, 3, 0, 0, 0, 4, 9, 0, 0}, "");
+    set_f32(&b, 280 + 4 * 2, 0, false); /* z nowhere, x and y the same way */
+    check_made("sform.nii", &b, NULL, (double[]){2, 0, 0, 0, 3, 0, 0, 0, 4, 9, 0, 0}, "");
+    for (size_t i = 0; i < 3; i++)
+        set_f32(&b, 80 + 4 * i, NAN, false);
+    check_made("sform.nii", &b, NULL, (double[]){1, 0, 0, 0, 1, 0, 0, 0, 1, 9, 0, 0}, "xyz");
 }
 
 /* ---- MetaImage ---- */
