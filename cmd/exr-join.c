@@ -3,6 +3,7 @@
 
 #include "cmd/shell/program.h"
 #include "io/exr.h"
+#include "io/in.h"
 #include "join/join.h"
 
 static VolStatus read_crop(const Run *run, const char *path, VolImage *out, VolError *err)
@@ -11,7 +12,10 @@ static VolStatus read_crop(const Run *run, const char *path, VolImage *out, VolE
     VolStatus status = run_read(run, path, &bytes, err);
     if (status)
         return status;
-    status = vol_exr_read(&bytes, vol_input_name(path), out, err);
+    if (vol_kind(&bytes) == VOL_KIND_EXR)
+        status = vol_exr_read(&bytes, vol_input_name(path), out, err);
+    else
+        status = run_wrong_kind("cannot join", vol_input_name(path), "an EXR image", &bytes, err);
     vol_bytes_free(&bytes);
     return status;
 }

@@ -28,6 +28,9 @@ VolStatus run_wrong_kind(const char *doing, const char *name, const char *wanted
     if (format)
         return vol_fail(err, VOL_BAD_INPUT, "%s '%s': it is %s, not %s: vol-import makes a VDB of it", doing, name, format,
                         wanted);
+    VolForeign is = vol_import_foreign(bytes, name);
+    if (is.what)
+        return vol_fail(err, VOL_BAD_INPUT, "%s '%s': %s, not %s%s", doing, name, is.what, wanted, is.advice);
     return vol_fail(err, VOL_BAD_INPUT, "%s '%s': it is not %s (%zu bytes); vol-import reads other volumes", doing, name,
                     wanted, bytes->size);
 }
@@ -42,5 +45,8 @@ VolStatus run_refuse_volume(const VolBytes *bytes, const char *name, VolError *e
     if (format)
         return vol_fail(err, VOL_BAD_INPUT, "%s '%s': it is a volume (%s); vol-import makes a VDB of it", doing, name,
                         format);
+    VolForeign is = kind == VOL_KIND_OTHER ? vol_import_foreign(bytes, NULL) : (VolForeign){NULL};
+    if (is.what)
+        return vol_fail(err, VOL_BAD_INPUT, "%s '%s': %s%s", doing, name, is.what, is.advice);
     return VOL_OK;
 }

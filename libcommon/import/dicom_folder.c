@@ -171,7 +171,7 @@ static VolStatus judge_strays(const Stray *strays, size_t count, const char *con
 /* Several volumes are a mistake of the command line, a damaged slice is one of the file. */
 static VolStatus refuse_operand(const char *path, const VolBytes *bytes, VolError *err)
 {
-    const char *format = vol_import_format(bytes), *unread = vol_import_unread(bytes, path);
+    const char *format = vol_import_format(bytes);
     Stray stray;
     look_at_stray(bytes, &stray);
     if (format)
@@ -179,8 +179,8 @@ static VolStatus refuse_operand(const char *path, const VolBytes *bytes, VolErro
                         "'%s' is %s, not DICOM: several inputs are slices of a DICOM series, or raw slices with --dims and "
                         "--type",
                         path, format);
-    if (unread)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", path, unread);
+    if (vol_import_foreign(bytes, path).what)
+        return vol_refuse_unread(bytes, path, err);
     return vol_fail(err, VOL_BAD_INPUT,
                     "cannot import '%s': it %s: several inputs are slices of a DICOM series, or raw slices with --dims and "
                     "--type",

@@ -40,7 +40,7 @@ const char *vol_import_format(const VolBytes *bytes)
         seen = (VolBytes){head, vol_unpack_head(bytes, head, sizeof head)};
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (seen.size && formats[i].is(&seen))
-            return formats[i].name;
+            return vol_vtk_mesh(&seen) ? NULL : formats[i].name;
     return NULL;
 }
 
@@ -53,20 +53,10 @@ static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *
         return status;
     if (bytes->size == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is empty", source->name);
-    if (vol_kind(bytes) == VOL_KIND_VDB)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is VDB already", source->name);
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
         if (formats[i].is(bytes))
             return formats[i].read(source, out, err);
-    const char *unread = vol_import_unread(bytes, source->name);
-    if (unread)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", source->name,
-                        unread);
-    return vol_fail(
-        err, VOL_BAD_INPUT,
-        "cannot import '%s': unknown format (tried NIfTI, NRRD, MetaImage, .vti, legacy .vtk, MRC, DICOM, "
-        "Inviwo .dat; raw samples need --dims and --type)",
-        source->name);
+    return vol_refuse_unread(bytes, source->name, err);
 }
 
 static VolStatus open_one(const char *path, const VolSource *source, VolSampled *out, VolError *err)

@@ -36,6 +36,16 @@ VolStatus vol_import_open(const char *const *paths, size_t count, const VolImpor
 /* "NIfTI", "DICOM", ...: what vol_import_open would read it as, gzip and bzip2 looked through; NULL: nothing it knows. */
 const char *vol_import_format(const VolBytes *bytes);
 
+/* What a file is that its reader did not expect, for messages. */
+typedef struct VolForeign {
+    const char *what;   /* "it is .vtu (a VTK unstructured grid)"; NULL: nothing that is known */
+    const char *advice; /* ": vol-import does not read it in this version", or "" */
+    bool mesh;          /* a volume or mesh, if not one that is read */
+} VolForeign;
+
+/* Of what vol_import_format does not know.  `name`, if given, tells where the bytes do not. */
+VolForeign vol_import_foreign(const VolBytes *bytes, const char *name);
+
 /* The image converted: x fastest, one of the two arrays. */
 typedef struct VolImported {
     int32_t dims[3];

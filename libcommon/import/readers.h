@@ -29,12 +29,17 @@ VolStatus vol_read_inviwo_dat(const VolSource *source, VolSampled *out, VolError
 
 bool vol_is_vtk_xml(const VolBytes *bytes);
 bool vol_is_vtk_legacy(const VolBytes *bytes);
+/* What a VTK file holds where that is no image (".vtu (a VTK unstructured grid)"), else NULL. */
+const char *vol_vtk_mesh(const VolBytes *bytes);
 VolStatus vol_read_vtk_xml(const VolSource *source, VolSampled *out, VolError *err);
 VolStatus vol_read_vtk_legacy(const VolSource *source, VolSampled *out, VolError *err);
 
-/* What bytes of no format that is read seem to be ("it is an Exodus mesh (netCDF)"), by their name where nothing else tells;
- * NULL: unknown. */
+/* What bytes of no format that is read seem to be ("it is an Exodus mesh (netCDF)"), by their name (NULL: none) where
+ * nothing else tells; NULL: unknown. */
 const char *vol_import_unread(const VolBytes *bytes, const char *name);
+
+/* "cannot import" bytes of no format that is read. */
+VolStatus vol_refuse_unread(const VolBytes *bytes, const char *name, VolError *err);
 
 bool vol_is_dicom(const VolBytes *bytes);
 /* Takes the bytes of all files over; `images` of them have pixels. */

@@ -1,9 +1,10 @@
-/* Formats of volumes and meshes that are known here but not read. */
+/* Formats of volumes and meshes that are known here but not read, and what else files may be. */
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 #include "import/readers.h"
+#include "io/in.h"
 
 enum { LOOKED_AT = 1 << 20 }; /* names of a header lie in the first bytes */
 
@@ -129,7 +130,7 @@ static const char *by_name(const char *name)
                    {".p3d", "its name says PLOT3D"},   {".exo", "its name says Exodus"},
                    {".ex2", "its name says Exodus"},   {".case", "its name says EnSight"},
                    {".vtkhdf", "its name says VTKHDF"}};
-    size_t length = strlen(name);
+    size_t length = name ? strlen(name) : 0;
     for (size_t i = 0; i < sizeof endings / sizeof *endings; i++) {
         size_t n = strlen(endings[i].ending);
         if (length > n && strcasecmp(name + length - n, endings[i].ending) == 0)
@@ -157,4 +158,90 @@ const char *vol_import_unread(const VolBytes *bytes, const char *name)
     if (is_plot3d(bytes))
         return "it is laid out as PLOT3D";
     return by_name(name);
+}
+
+/* ---- What is no volume ---- */
+
+static const char not_read[] = ": vol-import does not read it in this version",
+                  unpack_it[] = ": unpack it first",
+                  raw_file[] = ": import the raw file that it names by vol-import --dims X,Y,Z --type TYPE";
+
+static VolForeign by_magic(const VolBytes *bytes)
+{
+    static const struct {
+        const char *magic;
+        size_t size;
+        VolForeign is;
+    } kinds[] = {
+        {"\x89PNG\r\n\x1a\n", 8, {"it is a PNG image", ""}},
+        {"\xff\xd8\xff", 3, {"it is a JPEG image", ""}},
+        {"\0\0\0\x0cjP  ", 8, {"it is a JPEG 2000 image", ""}},
+        {"II*", 4, {"it is a TIFF image", ""}},
+        {"MM\0*", 4, {"it is a TIFF image", ""}},
+        {"GIF8", 4, {"it is a GIF image", ""}},
+        {"#?RADIANCE", 10, {"it is a Radiance image", ""}},
+        {"%PDF-", 5, {"it is a PDF document", ""}},
+        {"\xfd""7zXZ", 6, {"it is packed by xz", ": unpack it first (xz -d)"}},
+        {"\x28\xb5\x2f\xfd", 4, {"it is packed by zstd", ": unpack it first (zstd -d)"}},
+        {"\x04\x22\x4d\x18", 4, {"it is packed by lz4", ": unpack it first (lz4 -d)"}},
+        {"PK\3\4", 4, {"it is a ZIP archive", unpack_it}},
+        {"7z\xbc\xaf\x27\x1c", 6, {"it is a 7z archive", unpack_it}},
+        {"NanoVDB", 7, {"it is NanoVDB", ": nanovdb_convert makes a VDB of it"}},
+    };
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (has(bytes, 0, kinds[i].magic, kinds[i].size))
+            return kinds[i].is;
+    if (has(bytes, 257, "ustar", 5))
+        return (VolForeign){"it is a tar archive", unpack_it};
+    if (has(bytes, 0, "<", 1) && mentions(bytes, "<VoreenData") && mentions(bytes, "<Volumes"))
+        return (VolForeign){"it is a Voreen volume description (.vvd)", raw_file};
+    return (VolForeign){NULL, ""};
+}
+
+VolForeign vol_import_foreign(const VolBytes *bytes, const char *name)
+{
+    unsigned char head[1 << 16]; /* comments may come before what tells */
+    VolBytes seen = *bytes;
+    if (vol_is_packed(bytes))
+        seen = (VolBytes){head, vol_unpack_head(bytes, head, sizeof head)};
+    const char *mesh = seen.size ? vol_vtk_mesh(&seen) : NULL;
+    if (mesh)
+        return (VolForeign){mesh, not_read, true};
+    VolForeign other = by_magic(&seen);
+    const char *unread = other.what ? NULL : vol_import_unread(&seen, name);
+    return unread ? (VolForeign){unread, not_read, true} : other;
+}
+
+/* Whether what begins with a bracket is text. */
+static bool is_text(const VolBytes *bytes)
+{
+    for (size_t i = 0; i < bytes->size && i < 256; i++)
+        if (bytes->data[i] < 32 && !strchr("\t\n\r", bytes->data[i]))
+            return false;
+    return true;
+}
+
+VolStatus vol_refuse_unread(const VolBytes *bytes, const char *name, VolError *err)
+{
+    VolKind kind = vol_kind(bytes);
+    VolForeign is = vol_import_foreign(bytes, name);
+    if (kind == VOL_KIND_VDB)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is VDB already", name);
+    if (kind == VOL_KIND_EXR)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is an EXR image, no volume (vol-info describes it)",
+                        name);
+    if (kind == VOL_KIND_JSON && is_text(bytes))
+        return vol_fail(err, VOL_BAD_INPUT,
+                        "cannot import '%s': it is JSON, no volume; transfer functions go to vol-render -t and tf-preint",
+                        name);
+    if (is.mesh)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s, which is not read in this version", name, is.what);
+    if (is.what)
+        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': %s%s", name, is.what,
+                        is.advice[0] ? is.advice : ", no volume");
+    return vol_fail(
+        err, VOL_BAD_INPUT,
+        "cannot import '%s': unknown format (tried NIfTI, NRRD, MetaImage, .vti, legacy .vtk, MRC, DICOM, "
+        "Inviwo .dat; raw samples need --dims and --type)",
+        name);
 }

@@ -2,6 +2,7 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "import/vti.h"
 
@@ -126,6 +127,76 @@ bool vol_is_vtk_xml(const VolBytes *bytes)
 bool vol_is_vtk_legacy(const VolBytes *bytes)
 {
     return bytes->size > 14 && memcmp(bytes->data, "# vtk DataFile", 14) == 0;
+}
+
+/* The value of `type` in the tag that begins at `at`. */
+static void xml_type(const VolBytes *bytes, size_t at, char *type, size_t size)
+{
+    type[0] = 0;
+    while (at < bytes->size && bytes->data[at] != '>') {
+        bool named = vol_vtk_space(bytes->data[at]) && begins(bytes, at + 1, "type");
+        at += named ? 5 : 1;
+        while (named && at < bytes->size && (vol_vtk_space(bytes->data[at]) || bytes->data[at] == '='))
+            at++;
+        char quote[2] = {at < bytes->size ? (char)bytes->data[at] : 0, 0};
+        if (quote[0] != '"' && quote[0] != '\'')
+            continue;
+        size_t end = behind(bytes, at + 1, quote), n = end - at - (end > at + 1 ? 2 : 1);
+        if (named && n < size) {
+            memcpy(type, bytes->data + at + 1, n);
+            type[n] = 0;
+            return;
+        }
+        at = end;
+    }
+}
+
+/* The word behind DATASET, which follows two lines and ASCII or BINARY. */
+static void legacy_type(const VolBytes *bytes, char *type, size_t size)
+{
+    size_t at = behind(bytes, behind(bytes, 0, "\n"), "\n");
+    char word[16];
+    type[0] = 0;
+    if (vol_vtk_word(bytes, &at, word, sizeof word) && vol_vtk_word(bytes, &at, word, sizeof word) &&
+        strcasecmp(word, "dataset") == 0)
+        vol_vtk_word(bytes, &at, type, size);
+}
+
+const char *vol_vtk_mesh(const VolBytes *bytes)
+{
+    static const struct {
+        const char *type, *what;
+        bool legacy;
+    } kinds[] = {{"UnstructuredGrid", "it is .vtu (a VTK unstructured grid)"},
+                 {"PolyData", "it is .vtp (VTK polygons)"},
+                 {"StructuredGrid", "it is .vts (a VTK structured grid)"},
+                 {"RectilinearGrid", "it is .vtr (a VTK rectilinear grid)"},
+                 {"PImageData", "it is .pvti (a VTK image in pieces)"},
+                 {"PUnstructuredGrid", "it is .pvtu (a VTK unstructured grid in pieces)"},
+                 {"PPolyData", "it is .pvtp (VTK polygons)"},
+                 {"PStructuredGrid", "it is .pvts (a VTK structured grid in pieces)"},
+                 {"PRectilinearGrid", "it is .pvtr (a VTK rectilinear grid in pieces)"},
+                 {"vtkMultiBlockDataSet", "it is .vtm (VTK blocks)"},
+                 {"Collection", "it is .pvd (a ParaView collection)"},
+                 {"HyperTreeGrid", "it is .htg (a VTK tree grid)"},
+                 {"Table", "it is .vtt (a VTK table)"},
+                 {"UNSTRUCTURED_GRID", "it is legacy .vtk (an unstructured grid)", true},
+                 {"POLYDATA", "it is legacy .vtk (polygons)", true},
+                 {"STRUCTURED_GRID", "it is legacy .vtk (a structured grid)", true},
+                 {"RECTILINEAR_GRID", "it is legacy .vtk (a rectilinear grid)", true},
+                 {"FIELD", "it is legacy .vtk (a field alone)", true}};
+    bool xml = vol_is_vtk_xml(bytes);
+    char type[64];
+    if (xml)
+        xml_type(bytes, find_root(bytes), type, sizeof type);
+    else if (vol_is_vtk_legacy(bytes))
+        legacy_type(bytes, type, sizeof type);
+    else
+        return NULL;
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+        if (kinds[i].legacy != xml && (xml ? strcmp : strcasecmp)(kinds[i].type, type) == 0)
+            return kinds[i].what;
+    return NULL;
 }
 
 VolStatus vol_read_vtk_xml(const VolSource *source, VolSampled *out, VolError *err)

@@ -24,6 +24,6 @@ END
 exits 3 'two files' vol-import -o no.vdb a.xyz a.exo
 says "vol-import: error: cannot import 'a.xyz': its name says PLOT3D*" 'two files: the first is named'
 exits 3 'gzip, and a long comment' vol-info b.pvti
-says "vol-info: error: *'b.pvti': it is .vti, not VDB*" 'gzip, and a long comment: other programs know it'
+says "vol-info: error: *'b.pvti': it is .pvti (a VTK image in pieces), not VDB*" 'gzip, and a long comment: other programs know it'
 check_not 'no output of any' test -e no.vdb
 finish
