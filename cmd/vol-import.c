@@ -93,6 +93,8 @@ static VolStatus parse_raw(const Run *run, VolImportOptions *out, VolError *err)
                         "options --endian, --header and --slices are for raw samples: give --dims and --type");
     if (!out->raw)
         return VOL_OK;
+    if (options.array)
+        return vol_fail(err, VOL_USAGE, "option --array: raw samples are one array, without a name");
     if (!options.dims || !options.type)
         return vol_fail(err, VOL_USAGE, "raw samples need both --dims and --type");
     double n[3] = {0, 0, 0};
@@ -180,8 +182,9 @@ static void tell_spacing(const Run *run, const char *name, const VolImported *im
         if (imported->spacing_made[a])
             snprintf(axes + strlen(axes), sizeof axes - strlen(axes), "%s%c", *axes ? ", " : "", "xyz"[a]);
     if (*axes)
-        vol_warn(&run->log, "'%s': the file gives no spacing along %s (0 or not finite): 1 is taken; --spacing sets it",
-                 name, axes);
+        vol_warn(&run->log,
+                 "'%s': the file gives no spacing along %s (0, negative or not finite): 1 is taken; --spacing sets it", name,
+                 axes);
 }
 
 static VolStatus import_inputs(const Run *run, const char *const *names, size_t count, Account *account,

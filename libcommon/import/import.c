@@ -21,14 +21,15 @@ static const struct {
     const char *name;
     bool (*is)(const VolBytes *bytes);
     VolStatus (*read)(const VolSource *source, VolSampled *out, VolError *err);
+    bool named; /* the file gives its arrays names */
 } formats[] = {
     {"NIfTI", vol_is_nifti, vol_read_nifti},
     {"NRRD", vol_is_nrrd, vol_read_nrrd},
     {"MetaImage", vol_is_metaimage, vol_read_metaimage},
-    {".vti", vol_is_vtk_xml, vol_read_vtk_xml},
-    {"legacy .vtk", vol_is_vtk_legacy, vol_read_vtk_legacy},
+    {".vti", vol_is_vtk_xml, vol_read_vtk_xml, true},
+    {"legacy .vtk", vol_is_vtk_legacy, vol_read_vtk_legacy, true},
     {"MRC", vol_is_mrc, vol_read_mrc},
-    {"DICOM", vol_is_dicom, read_one_dicom},
+    {"DICOM", vol_is_dicom, read_one_dicom, true},
     {"Inviwo .dat", vol_is_inviwo_dat, vol_read_inviwo_dat},
 };
 
@@ -44,6 +45,15 @@ const char *vol_import_format(const VolBytes *bytes)
     return NULL;
 }
 
+/* What has no names for its arrays; VTK and DICOM have. */
+static VolStatus refuse_array(const VolSource *source, const char *format, VolError *err)
+{
+    if (!source->options->array)
+        return VOL_OK;
+    return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': there is no array '%s': %s holds one, without a name",
+                    source->name, source->options->array, format);
+}
+
 /* Unpacks gzip or bzip2 and hands the bytes to the reader of their format. */
 static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *err)
 {
@@ -54,8 +64,10 @@ static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *
     if (bytes->size == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is empty", source->name);
     for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-        if (formats[i].is(bytes))
-            return formats[i].read(source, out, err);
+        if (formats[i].is(bytes)) {
+            status = formats[i].named ? VOL_OK : refuse_array(source, formats[i].name, err);
+            return status ? status : formats[i].read(source, out, err);
+        }
     return vol_refuse_unread(bytes, source->name, err);
 }
 

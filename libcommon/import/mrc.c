@@ -46,24 +46,27 @@ static bool imod_flags(const unsigned char *p, bool big, uint32_t *flags)
     return vol_get_u32(p + 152, big) == IMOD_STAMP;
 }
 
-/* Bytes are signed, as the standard has it, unless IMOD says that its own are not. */
-static VolStatus read_bytes_mode(const unsigned char *p, const char *name, VolSampled *out, VolError *err)
+enum { MODE_HALF = 12, MODE_4BIT = 101 };
+
+/* Bytes are signed, as the standard has it, unless IMOD says that its own are not.  Where it says that each holds two
+ * samples, the columns are twice as many as the header says. */
+static VolStatus read_bytes_mode(const unsigned char *p, const char *name, int32_t *mode, VolSampled *out, VolError *err)
 {
     uint32_t flags;
-    bool imod = imod_flags(p, out->big_endian, &flags);
-    if (imod && flags & IMOD_PACKED)
+    bool imod = imod_flags(p, out->big_endian, &flags), packed = imod && flags & IMOD_PACKED;
+    if (packed && flags & IMOD_SIGNED)
         return vol_fail(err, VOL_BAD_INPUT,
-                        "cannot import '%s': MRC mode 0 with two samples of 4 bits in a byte (IMOD's flags, byte "
-                        "156) is not read; convert it to another mode",
+                        "cannot import '%s': MRC mode 0 with two samples of 4 bits in signed bytes (IMOD's flags, byte "
+                        "156): there are no such samples",
                         name);
     out->type = imod && !(flags & IMOD_SIGNED) ? VOL_SAMPLE_U8 : VOL_SAMPLE_I8;
+    out->dims[0] *= packed ? 2 : 1;
+    *mode = packed ? MODE_4BIT : 0;
     return VOL_OK;
 }
 
-enum { MODE_HALF = 12, MODE_4BIT = 101 };
-
 /* Halves and 4-bit samples are unpacked later. */
-static VolStatus read_mode(const unsigned char *p, const char *name, VolSampled *out, VolError *err)
+static VolStatus read_mode(const unsigned char *p, const char *name, int32_t *mode_read, VolSampled *out, VolError *err)
 {
     static const struct {
         int32_t mode;
@@ -75,8 +78,9 @@ static VolStatus read_mode(const unsigned char *p, const char *name, VolSampled 
     };
     int32_t mode = word(p, 4, out->big_endian);
     out->components = 1;
+    *mode_read = mode;
     if (mode == 0)
-        return read_bytes_mode(p, name, out, err);
+        return read_bytes_mode(p, name, mode_read, out, err);
     for (size_t i = 0; i < sizeof modes / sizeof *modes; i++)
         if (modes[i].mode == mode) {
             out->type = modes[i].type;
@@ -91,7 +95,7 @@ static VolStatus read_mode(const unsigned char *p, const char *name, VolSampled 
 /* The samples unpacked to `type`, in this machine's order; the packed ones were found to be there. */
 static VolStatus unpack(int32_t mode, VolSampled *out, VolError *err)
 {
-    size_t nx = (size_t)out->dims[0], rows = (size_t)out->dims[1] * (size_t)out->dims[2];
+    size_t nx = (size_t)out->dims[0], rows = (size_t)out->dims[1] * (size_t)out->dims[2] * (size_t)out->times;
     size_t size = mode == MODE_HALF ? sizeof(float) : 1;
     unsigned char *to = vol_alloc(nx * rows, size);
     if (!to)
@@ -187,6 +191,22 @@ static VolStatus read_affine(const unsigned char *p, const VolSource *source, Vo
     return VOL_OK;
 }
 
+/* Space groups from 401 on say that the sections are those of several volumes, each as many as the cell has intervals. */
+static VolStatus read_stack(const unsigned char *p, const char *name, VolSampled *out, VolError *err)
+{
+    int32_t group = word(p, 23, out->big_endian), sections = word(p, 10, out->big_endian);
+    if (group < 401 || group > 630)
+        return VOL_OK;
+    if (sections < 1 || out->dims[2] % sections != 0)
+        return vol_fail(err, VOL_BAD_INPUT,
+                        "cannot import '%s': a stack of volumes of %" PRId32 " sections each (space group %" PRId32
+                        "), but there are %" PRId64 " sections",
+                        name, sections, group, out->dims[2]);
+    out->times = out->dims[2] / sections;
+    out->dims[2] = sections;
+    return VOL_OK;
+}
+
 /* Rows of 4-bit samples are judged by their bytes. */
 static VolStatus check_size(const VolSampled *image, int32_t mode, const char *name, VolError *err)
 {
@@ -203,15 +223,17 @@ VolStatus vol_read_mrc(const VolSource *source, VolSampled *out, VolError *err)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': truncated: the header is %d bytes, there are %zu",
                         source->name, HEADER, source->bytes->size);
     bool big = is_big_endian(p);
-    int32_t extended = word(p, 24, big), mode = word(p, 4, big);
+    int32_t extended = word(p, 24, big), mode = 0;
     if (extended < 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': an extended header of %" PRId32 " bytes",
                         source->name, extended);
 
     *out = (VolSampled){.big_endian = big, .times = 1, .offset = HEADER + (size_t)extended};
-    VolStatus status = read_mode(p, source->name, out, err);
     for (int a = 0; a < 3; a++)
         out->dims[a] = word(p, 1 + a, big);
+    VolStatus status = read_mode(p, source->name, &mode, out, err);
+    if (!status && out->dims[2] > 0)
+        status = read_stack(p, source->name, out, err);
     if (!status)
         status = read_affine(p, source, out, err);
     if (status)

@@ -75,6 +75,7 @@ static VolStatus read_type(const Header *h, const char *name, VolSampled *out, V
         {2, VOL_SAMPLE_U8, 1},      {4, VOL_SAMPLE_I16, 1},    {8, VOL_SAMPLE_I32, 1},    {16, VOL_SAMPLE_F32, 1},
         {64, VOL_SAMPLE_F64, 1},    {128, VOL_SAMPLE_U8, 3},   {256, VOL_SAMPLE_I8, 1},   {512, VOL_SAMPLE_U16, 1},
         {768, VOL_SAMPLE_U32, 1},   {1024, VOL_SAMPLE_I64, 1}, {1280, VOL_SAMPLE_U64, 1}, {2304, VOL_SAMPLE_U8, 4},
+        {32, VOL_SAMPLE_F32, 2},    {1792, VOL_SAMPLE_F64, 2}, /* complex */
     };
     int64_t code = (int16_t)vol_get_u16(h->p + h->at->datatype, h->big);
     for (size_t i = 0; i < sizeof types / sizeof *types; i++)
@@ -109,8 +110,8 @@ static VolStatus read_dims(const Header *h, const char *name, VolSampled *out, V
         if (__builtin_mul_overflow(apart, n[i], &apart) || apart > INT32_MAX)
             return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': its sizes are too large", name);
     if (apart > 1 && out->components > 1)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': colours on more than four axes are not known",
-                        name);
+        return vol_fail(err, VOL_BAD_INPUT,
+                        "cannot import '%s': colours or complex numbers on more than four axes are not known", name);
     if (apart > 1) {
         out->components = apart;
         if (__builtin_mul_overflow(out->time_stride, out->times, &out->component_stride))

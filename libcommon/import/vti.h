@@ -57,6 +57,9 @@ int vol_vti_reals(const char *text, double *out, int max);
 /* What a message calls the array: "array 's' (points) of piece 2 (extent 0 1 0 1 0 3)". */
 const char *vol_vti_array_name(const Vti *vti, const VtiArray *array, char *text, size_t size);
 
+/* Whether the samples are bits, eight in a byte; they become bytes. */
+bool vol_vti_bits(const VtiArray *array);
+
 /* Whether the file holds `count` samples of the array, without unpacking them: room for them can then be taken. */
 VolStatus vol_vti_find(const Vti *vti, const VtiArray *array, VolSample type, uint64_t count, VolError *err);
 
@@ -75,6 +78,9 @@ bool vol_vtk_space(unsigned char c); /* as the C locale has it */
  * without sign where their bits are the same, as VTK reads them. */
 bool vol_vtk_number(const char *text, VolSample type, uint64_t *bits);
 void vol_vtk_put(unsigned char *out, uint64_t bits, size_t size, bool big_endian);
+
+/* Spreads `count` bits, the highest first, over as many bytes, in place. */
+void vol_vtk_spread_bits(unsigned char *bytes, size_t count);
 
 /* The next word of the bytes from *at on, cut to fit; *at moves behind it.  False: none is left. */
 bool vol_vtk_word(const VolBytes *bytes, size_t *at, char *word, size_t size);

@@ -43,6 +43,18 @@ const char *vol_vti_array_name(const Vti *vti, const VtiArray *array, char *text
     return text;
 }
 
+bool vol_vti_bits(const VtiArray *array) { return strcmp(array->type, "Bit") == 0; }
+
+/* The bytes of `count` values, and the values of so many bytes, as the file has them. */
+static uint64_t bytes_of(const Job *job, uint64_t count)
+{
+    return vol_vti_bits(job->array) ? count / 8 + (count % 8 != 0) : count * vol_sample_size(job->type);
+}
+static uint64_t values_of(const Job *job, uint64_t bytes)
+{
+    return vol_vti_bits(job->array) ? 8 * bytes : bytes / vol_sample_size(job->type);
+}
+
 static VolStatus refuse(const Job *job, const char *what)
 {
     char name[300];
@@ -180,7 +192,7 @@ static VolStatus open_blocks(const Job *job, uint64_t wanted, Blocks *out)
     if (!get_word(job, &stream, 0, &out->count) || !get_word(job, &stream, 1, &out->size) ||
         !get_word(job, &stream, 2, &out->last))
         return refuse_short(job, 0);
-    size_t size = vol_sample_size(job->type), word = job->vti->word;
+    size_t word = job->vti->word;
     if (out->count > room(&stream) / word || __builtin_mul_overflow(out->count + 3, word, &table) ||
         table > room(&stream))
         return refuse(job, "truncated: the table of its packed blocks does not fit into the file");
@@ -190,14 +202,14 @@ static VolStatus open_blocks(const Job *job, uint64_t wanted, Blocks *out)
     for (at = 0; at < out->count && total < wanted; at++) {
         uint64_t bytes;
         if (!get_word(job, &stream, 3 + at, &bytes) || bytes > room(&out->data) - packed)
-            return refuse_short(job, total / size);
+            return refuse_short(job, values_of(job, total));
         packed += bytes;
         uint64_t block = block_size(out, at);
         if (block == 0 || block > most_unpacked(job->vti->packing, bytes) || block > UINT64_MAX - total)
             return refuse(job, "damaged: the sizes of its packed blocks cannot be");
         total += block;
     }
-    return total < wanted ? refuse_short(job, total / size) : VOL_OK;
+    return total < wanted ? refuse_short(job, values_of(job, total)) : VOL_OK;
 }
 
 static int unpack_zlib(const unsigned char *in, size_t in_size, unsigned char *out, size_t out_size)
@@ -253,7 +265,7 @@ static VolStatus get_blocks(const Job *job, uint64_t wanted, unsigned char *out)
         if (!packed || (use < size && !rest))
             status = vol_fail_memory(job->err, (size_t)(bytes + size));
         else if (!get(&blocks.data, from, (size_t)bytes, packed))
-            status = refuse_short(job, done / vol_sample_size(job->type));
+            status = refuse_short(job, values_of(job, done));
         else
             status = unpack(job, packed, (size_t)bytes, rest ? rest : out + done, (size_t)size);
         if (!status && rest)
@@ -300,6 +312,8 @@ static VolStatus get_text(const Job *job, unsigned char *out)
                      job->count, word, job->array->type);
             return refuse(job, what);
         }
+        if (vol_vti_bits(job->array))
+            bits = bits != 0;
         vol_vtk_put(out + n * size, bits, size, job->vti->big_endian);
     }
     return VOL_OK;
@@ -314,12 +328,12 @@ static VolStatus open_plain(const Job *job, uint64_t wanted, Stream *out)
     VolStatus status = open_stream(job, out);
     if (status)
         return status;
-    size_t have = room(out), word = job->vti->word, size = vol_sample_size(job->type);
+    size_t have = room(out), word = job->vti->word;
     if (have < word || !get_word(job, out, 0, &said))
         return refuse_short(job, 0);
     if (said > have - word)
         said = have - word;
-    return said < wanted ? refuse_short(job, said / size) : VOL_OK;
+    return said < wanted ? refuse_short(job, values_of(job, said)) : VOL_OK;
 }
 
 VolStatus vol_vti_find(const Vti *vti, const VtiArray *array, VolSample type, uint64_t count, VolError *err)
@@ -328,6 +342,7 @@ VolStatus vol_vti_find(const Vti *vti, const VtiArray *array, VolSample type, ui
     uint64_t wanted;
     if (__builtin_mul_overflow(count, vol_sample_size(type), &wanted) || wanted > SIZE_MAX / 4)
         return refuse(&job, "its sizes are too large");
+    wanted = bytes_of(&job, count);
     Stream stream;
     Blocks blocks;
     if (is_text(array)) {
@@ -341,14 +356,14 @@ VolStatus vol_vti_get(const Vti *vti, const VtiArray *array, VolSample type, siz
                       VolError *err)
 {
     const Job job = {vti, array, type, count, err};
-    size_t wanted = count * vol_sample_size(type);
+    size_t wanted = (size_t)bytes_of(&job, count);
     Stream stream;
     if (is_text(array))
         return get_text(&job, out);
-    if (vti->packing)
-        return get_blocks(&job, wanted, out);
-    VolStatus status = open_plain(&job, wanted, &stream);
-    if (!status && !get(&stream, vti->word, wanted, out))
+    VolStatus status = vti->packing ? get_blocks(&job, wanted, out) : open_plain(&job, wanted, &stream);
+    if (!status && !vti->packing && !get(&stream, vti->word, wanted, out))
         status = refuse(&job, stream.base64 ? "damaged: its data are no base64, or end early" : "truncated");
+    if (!status && vol_vti_bits(array))
+        vol_vtk_spread_bits(out, count);
     return status;
 }

@@ -167,7 +167,8 @@ static VolStatus choose_array(const Vti *vti, const VolImportOptions *options, C
                     .cells = array->cells,
                     .sample = array,
                     .step = options->time_step < times ? options->time_step : 0};
-    if (!array->type[0] || !vol_sample_spelt(array->type, spellings, &out->type))
+    out->type = VOL_SAMPLE_U8; /* what bits become */
+    if (!array->type[0] || (!vol_vti_bits(array) && !vol_sample_spelt(array->type, spellings, &out->type)))
         return vol_fail(err, VOL_BAD_INPUT,
                         "cannot import '%s': values of type '%.40s' are not read "
                         "(array '%.80s')",

@@ -47,6 +47,13 @@ void vol_vtk_put(unsigned char *out, uint64_t bits, size_t size, bool big_endian
         out[i] = (unsigned char)(bits >> 8 * (big_endian ? size - 1 - i : i));
 }
 
+/* From the end, so that no bits are overwritten before they were looked at. */
+void vol_vtk_spread_bits(unsigned char *bytes, size_t count)
+{
+    for (size_t n = count; n-- > 0;)
+        bytes[n] = bytes[n / 8] >> (7 - n % 8) & 1;
+}
+
 bool vol_vtk_word(const VolBytes *bytes, size_t *at, char *word, size_t size)
 {
     size_t n = 0;

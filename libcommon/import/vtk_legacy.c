@@ -548,7 +548,8 @@ static unsigned char color_byte(uint64_t bits)
 
 static VolStatus read_text(Legacy *f, const Array *array, VolSampled *out)
 {
-    VolSample type = array->colors ? VOL_SAMPLE_U8 : (VolSample)array->type;
+    bool bit = array->type == TYPE_BIT;
+    VolSample type = array->colors || bit ? VOL_SAMPLE_U8 : (VolSample)array->type;
     size_t size = vol_sample_size(type), count = (size_t)(array->tuples * array->components);
     double bytes = (double)count * (double)size;
     VolStatus status = bytes > VOL_WORTH_A_CHECK ? vol_check_memory(bytes, f->err) : VOL_OK;
@@ -564,20 +565,35 @@ static VolStatus read_text(Legacy *f, const Array *array, VolSampled *out)
         char word[NAME_SIZE], what[2 * NAME_SIZE];
         uint64_t bits = 0;
         bool there = get_word(f, word); /* skip_data has counted them */
-        if (!there || !vol_vtk_number(word, (VolSample)array->type, &bits)) {
+        if (!there || !vol_vtk_number(word, bit ? type : (VolSample)array->type, &bits)) {
             snprintf(what, sizeof what, "value %zu of %zu of array '%.80s', '%.30s', is no number of its type",
                      n + 1, count, array->name, word);
             return fail_at(f, what);
         }
-        vol_vtk_put(data + n * size, array->colors ? color_byte(bits) : bits, size, true);
+        vol_vtk_put(data + n * size, array->colors ? color_byte(bits) : bit ? bits != 0 : bits, size, true);
     }
+    return VOL_OK;
+}
+
+/* Bits become bytes; skip_data has found them there. */
+static VolStatus read_bits(Legacy *f, const Array *array, VolSampled *out)
+{
+    size_t count = (size_t)(array->tuples * array->components), packed = count / 8 + (count % 8 != 0);
+    VolStatus status = count > VOL_WORTH_A_CHECK ? vol_check_memory((double)count, f->err) : VOL_OK;
+    if (status)
+        return vol_fail_within(f->err, status, "cannot import '%s'", f->file);
+    unsigned char *data = vol_alloc(count, 1);
+    if (!data)
+        return vol_fail_memory(f->err, count);
+    memcpy(data, f->bytes->data + array->begin, packed);
+    vol_vtk_spread_bits(data, count);
+    out->type = VOL_SAMPLE_U8;
+    out->bytes = (VolBytes){data, count};
     return VOL_OK;
 }
 
 static VolStatus take_array(Legacy *f, const Array *array, const VolSource *source, VolSampled *out)
 {
-    if (array->type < 0)
-        return vol_fail(f->err, VOL_BAD_INPUT, "cannot import '%s': values of type bit are not read", f->file);
     VolStatus status = place(f, array, out);
     if (status)
         return status;
@@ -587,6 +603,8 @@ static VolStatus take_array(Legacy *f, const Array *array, const VolSource *sour
     vol_sampled_order(out);
     if (!f->binary) {
         status = read_text(f, array, out);
+    } else if (array->type == TYPE_BIT) {
+        status = read_bits(f, array, out);
     } else {
         out->type = (VolSample)array->type;
         out->offset = array->begin;

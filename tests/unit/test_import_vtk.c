@@ -163,8 +163,8 @@ static void test_unlike_pieces(void)
     check_refused("a.vti", NULL, "value 3 of 12, 'x', is no Int16");
     save_vti(WHOLE, piece(WHOLE, "PointData", array("NumberOfComponents=\"0\"", numbers)));
     check_refused("a.vti", NULL, "has 0 components");
-    save_vti(WHOLE, piece(WHOLE, "PointData", "<DataArray type=\"Bit\" Name=\"b\" format=\"ascii\">1</DataArray>"));
-    check_refused("a.vti", NULL, "values of type 'Bit' are not read");
+    save_vti(WHOLE, piece(WHOLE, "PointData", "<DataArray type=\"Byte\" Name=\"b\" format=\"ascii\">1</DataArray>"));
+    check_refused("a.vti", NULL, "values of type 'Byte' are not read");
 }
 
 static void test_cells(void)
@@ -564,8 +564,8 @@ static void test_legacy_refused(void)
         {HEAD PLACE "POINTS 24 float\n", "'POINTS' is no keyword of STRUCTURED_POINTS"},
         {HEAD PLACE "POINT_DATA 24\nNONSENSE\n", "'NONSENSE' is no attribute of points"},
         {HEAD PLACE
-         "POINT_DATA 24\nSCALARS s bit 1\nLOOKUP_TABLE default\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1",
-         "values of type bit are not read"},
+         "POINT_DATA 24\nSCALARS s bit 1\nLOOKUP_TABLE default\n0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 1 0 x",
+         "value 24 of 24 of array 's', 'x', is no number of its type"},
         {HEAD PLACE SCALARS "0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16 17 18 19 20 21 22 70000",
          "value 24 of 24 of array 's', '70000', is no number of its type"},
     };
