@@ -162,16 +162,19 @@ static double length_at(const Header *h, int axis)
     return made ? 0 : length;
 }
 
-/* An sform with no qform beside it.  Columns of zeros have a length all the same; where the others are of no use
+/* An sform with no qform beside it.  Columns of zeros (or of what is no number) have a length all the same; where the others are of no use
  * either, the spacing alone is left. */
 static void mend_sform(const Header *h, const VolSource *source, VolSampled *out)
 {
     VolAffine *affine = &out->index_to_world, filled = *affine;
     int zeros = 0;
     for (int a = 0; a < 3; a++) {
-        const double *l = affine->m[a], *m = affine->m[(a + 1) % 3], *n = affine->m[(a + 2) % 3];
-        if (l[0] != 0 || l[1] != 0 || l[2] != 0)
+        double *l = affine->m[a];
+        const double *m = affine->m[(a + 1) % 3], *n = affine->m[(a + 2) % 3];
+        bool finite = isfinite(l[0]) && isfinite(l[1]) && isfinite(l[2]);
+        if (finite && (l[0] != 0 || l[1] != 0 || l[2] != 0))
             continue;
+        memset(l, 0, sizeof affine->m[a]);
         VolVec3 across = vol_cross(vol_vec3(m[0], m[1], m[2]), vol_vec3(n[0], n[1], n[2]));
         filled.m[a][0] = across.x, filled.m[a][1] = across.y, filled.m[a][2] = across.z;
         out->lengths[a] = length_at(h, a);

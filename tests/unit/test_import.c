@@ -117,9 +117,9 @@ static void test_nifti_damage(void)
     Block b = nifti_header(false, 4, 16, (int[]){2, 3, 4}, 3);
     put_counting(&b, 24, 2, false);
     Block bad = b;
-    set_int(&bad, 70, 32, 2, false);
-    save_block("complex.nii", &bad);
-    check_refused("complex.nii", NULL, "data type 32");
+    set_int(&bad, 70, 1536, 2, false);
+    save_block("longer.nii", &bad);
+    check_refused("longer.nii", NULL, "data type 1536");
     bad = b;
     set_int(&bad, 44, 0xffff, 2, false);
     save_block("negative.nii", &bad);

@@ -223,6 +223,9 @@ static void test_nifti_sform(void)
     Block bare = b;
     set_f32(&bare, 88, 0, false); /* no pixdim either */
     check_made("sform.nii", &bare, NULL, (double[]){0, -3, 0, 2, 0, 0, 0, 0, 1, 0, 0, 0}, "z");
+    Block nan = b;
+    set_f32(&nan, 280 + 4 * 2, NAN, false);
+    check_made("sform.nii", &nan, NULL, (double[]){0, -3, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0}, "");
     set_f32(&b, 280 + 4 * 4, 0, false); /* x nowhere either: y has its place */
     check_made("sform.nii", &b, NULL, (double[]){0, 2, 0, 2, 0, 0, 0, 0, 4, 0, 0, 0}, "");
     set_f32(&b, 280 + 4 * 1, 0, false);
