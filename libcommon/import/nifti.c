@@ -162,8 +162,8 @@ static double length_at(const Header *h, int axis)
     return made ? 0 : length;
 }
 
-/* An sform with no qform beside it.  Columns of zeros (or of what is no number) have a length all the same; where the others are of no use
- * either, the spacing alone is left. */
+/* An sform with no qform beside it.  Columns of zeros, or of what is no number, have a length all the same; where the
+ * others are of no use either, the spacing alone is left. */
 static void mend_sform(const Header *h, const VolSource *source, VolSampled *out)
 {
     VolAffine *affine = &out->index_to_world, filled = *affine;

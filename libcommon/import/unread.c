@@ -194,7 +194,7 @@ static VolForeign by_magic(const VolBytes *bytes)
     if (has(bytes, 257, "ustar", 5))
         return (VolForeign){"it is a tar archive", unpack_it};
     if (has(bytes, 0, "<", 1) && mentions(bytes, "<VoreenData") && mentions(bytes, "<Volumes"))
-        return (VolForeign){"it is a Voreen volume description (.vvd)", raw_file};
+        return (VolForeign){"it describes a volume (.vvd)", raw_file};
     return (VolForeign){NULL, ""};
 }
 

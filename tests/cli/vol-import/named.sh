@@ -27,7 +27,7 @@ tf.json it is JSON, no volume*vol-render -t*tf-preint*
 a.png it is a PNG image, no volume
 a.jpg it is a JPEG image, no volume
 a.tif it is a TIFF image, no volume
-a.vvd it is a Voreen volume description (.vvd): import the raw file*--dims*
+a.vvd it describes a volume (.vvd): import the raw file*--dims*
 a.xz it is packed by xz: unpack it first (xz -d)
 a.zst it is packed by zstd: unpack it first (zstd -d)
 a.zip it is a ZIP archive: unpack it first
@@ -53,10 +53,11 @@ poly.vtk legacy .vtk (polygons), not VDB: vol-import does not read it in this ve
 a.nrrd NRRD, not VDB: vol-import makes a VDB of it
 a.png a PNG image, not VDB
 a.xz packed by xz, not VDB: unpack it first (xz -d)
-a.vvd a Voreen volume description (.vvd), not VDB*
 a.exo an Exodus mesh (netCDF), not VDB: vol-import does not read it in this version
 a.p3d laid out as PLOT3D, not VDB: vol-import does not read it in this version
 END
+exits 3 'vol-info of .vvd' vol-info a.vvd
+says "vol-info: error: cannot inspect 'a.vvd': it describes a volume (.vvd), not VDB or EXR: import the raw file*" '.vvd: says what it is'
 exits 3 'exr-join of a VDB' exr-join -o no.exr a.vdb
 says "exr-join: error: cannot join 'a.vdb': it is a VDB volume, not an EXR image" 'exr-join of a VDB: says what it is'
 finish
