@@ -193,6 +193,34 @@ static void test_no_such_array(void)
     check_refused("a.nrrd", &named, "there is no array 'foo': NRRD holds one, without a name");
 }
 
+/* ---- Names of what is not read ---- */
+
+/* Of every beginning of a file, which ends where its memory does; and with a byte changed. */
+static void test_foreign(void)
+{
+    static const char *const texts[] = {
+        "<?xml version='1.0'?><!-- a --><VTKFile version = \"1.0\"  type = 'UnstructuredGrid' ><UnstructuredGrid/></VTKFile>",
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\n",
+        "<VTKFile type=", "<VTKFile type=''>", "<VTKFile a=\"type='PolyData'\" type", "\x89PNG\r\n\x1a\n", "{\"a\": 1}"};
+    for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+        size_t whole = strlen(texts[i]);
+        for (size_t n = 0; n <= 2 * whole; n++) {
+            size_t size = n <= whole ? n : whole;
+            unsigned char *copy = malloc(size ? size : 1);
+            if (!copy)
+                abort();
+            memcpy(copy, texts[i], size);
+            if (n > whole)
+                copy[n - whole - 1] ^= (unsigned char)(1 + n % 7);
+            VolBytes bytes = {copy, size};
+            VolForeign is = vol_import_foreign(&bytes, NULL);
+            if (n == whole && i < 2 && (!is.what || !strstr(is.what, "unstructured grid)") || !is.mesh))
+                FAIL("text %zu is '%s'", i, is.what ? is.what : "nothing");
+            free(copy);
+        }
+    }
+}
+
 int main(void)
 {
     make_folder();
@@ -202,6 +230,7 @@ int main(void)
     RUN(test_packed_bytes);
     RUN(test_volume_stack);
     RUN(test_no_such_array);
+    RUN(test_foreign);
     remove_folder();
     return test_end();
 }
