@@ -472,8 +472,9 @@ static VolStatus take_grids(Cursor *cursor, VolVdb *vdb)
     VolStatus status = take_u32(cursor, "the number of grids", &count);
     if (status)
         return status;
-    if (count == 0)
-        return damaged(cursor, where, "no grids");
+    if (count == 0) /* a file like any other, to whoever only looks at it */
+        return cursor->at == cursor->end ? VOL_OK
+                                         : damaged(cursor, where, "no grids, but %zu bytes", cursor->end - cursor->at);
     if (count > (cursor->end - cursor->at) / 36) /* the shortest descriptor */
         return damaged(cursor, where, "%u grids in %zu bytes", count, cursor->end - cursor->at);
     vdb->grids = vol_alloc_zero(count, sizeof *vdb->grids);

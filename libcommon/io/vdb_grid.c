@@ -144,6 +144,8 @@ VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolEr
     if (name ? find_named(vdb, name, index) : find_density(vdb, index) || count_scalars(vdb, index) == 1)
         return VOL_OK;
     char list[700];
+    if (!vdb->count)
+        return vol_fail(err, VOL_BAD_INPUT, "'%s' holds no grids", vdb->name);
     list_grids(vdb, list, sizeof list);
     if (name)
         return vol_fail(err, VOL_BAD_INPUT, "no grid '%s' in '%s': it holds %s", name, vdb->name, list);
