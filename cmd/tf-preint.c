@@ -9,7 +9,7 @@
 #include "cmd/shell/program.h"
 #include "cmd/shell/stamp.h"
 #include "inspect/tf_plot.h"
-#include "load/look.h"
+#include "load/appearance.h"
 #include "load/volume.h"
 #include "tf/write.h"
 
@@ -157,7 +157,7 @@ static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, VolTfUn
     if (units.relative && !job->grid)
         return vol_fail(err, VOL_USAGE, "its values are fractions of the data's range: name the data by --volume");
     if (job->grid) {
-        vol_look_settle(tf, units, job->grid, &job->run->log);
+        vol_appearance_settle(tf, units, job->grid, &job->run->log);
     } else if (units.step != VOL_STEP_WORLD) {
         vol_warn(&job->run->log, "its opacities hold for a length that depends on the volume (--volume): %s",
                  "taken for 1 world unit");

@@ -4,7 +4,7 @@
 
 #include "cmd/shell/program.h"
 #include "cmd/shell/stamp.h"
-#include "field/field_vdb.h"
+#include "procedural/field_vdb.h"
 
 typedef struct Options {
     const char *size, *extent, *transform, *grid;

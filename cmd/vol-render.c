@@ -12,15 +12,15 @@
 #include "cmd/shell/stamp.h"
 #include "io/exr.h"
 #include "io/vdb.h"
-#include "load/look.h"
+#include "load/appearance.h"
 #include "load/volume.h"
 #include "render/backdrop.h"
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/frame.h"
-#include "render/lights.h"
+#include "trace/lights.h"
 #include "render/probe.h"
-#include "render/scene.h"
+#include "trace/scene.h"
 #include "tf/foreign.h"
 
 typedef struct Options {
@@ -81,7 +81,7 @@ enum { ROWS = sizeof table / sizeof *table, TABLE_NODES = 512 };
 /* Everything the picture is made from. */
 typedef struct Job {
     const Run *run;
-    VolLook look;
+    VolAppearance appearance;
     VolGrid *grid;
     VolLight *lights;
     VolClip *clips;
@@ -116,7 +116,7 @@ static void add_camera_digest(Job *job, const VolAttr *to_camera, const VolAttr 
     add_text_digest(job, text);
 }
 
-static VolStatus read_look(Job *job, VolError *err)
+static VolStatus read_appearance(Job *job, VolError *err)
 {
     VolBytes bytes;
     char *file;
@@ -133,7 +133,7 @@ static VolStatus read_look(Job *job, VolError *err)
             add_text_digest(job, part);
         status = run_refuse_volume(&bytes, vol_input_name(file), err);
         if (!status)
-            status = vol_look_read(&bytes, vol_input_name(file), part, &job->run->log, &job->look, err);
+            status = vol_appearance_read(&bytes, vol_input_name(file), part, &job->run->log, &job->appearance, err);
         vol_bytes_free(&bytes);
     }
     free(file);
@@ -147,7 +147,7 @@ static double world_length(const Job *job, VolLen length)
 
 static VolStatus refuse_step(const Job *job, VolError *err)
 {
-    double of_unit = vol_look_steps(job->grid, world_length(job, (VolLen){1, options.step.voxels}));
+    double of_unit = vol_appearance_steps(job->grid, world_length(job, (VolLen){1, options.step.voxels}));
     const char *unit = options.step.voxels ? "v" : "w";
     return vol_fail(err, VOL_USAGE,
                     "--step %g%s: a ray through the whole volume would take %.3g steps, more than %g: give %.2g%s or more",
@@ -156,7 +156,7 @@ static VolStatus refuse_step(const Job *job, VolError *err)
 }
 
 /* Fits it to the volume. */
-static VolStatus fit_look(Job *job, VolError *err)
+static VolStatus fit_appearance(Job *job, VolError *err)
 {
     VolScene *scene = &job->scene;
     if (run_given(job->run, "particle-step") && !(options.particle_step.value > 0))
@@ -167,18 +167,19 @@ static VolStatus fit_look(Job *job, VolError *err)
     scene->step = world_length(job, options.step);
     if (!(scene->step > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
-    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_look_steps(job->grid, scene->step) > VOL_MOST_STEPS)
+    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_appearance_steps(job->grid, scene->step) > VOL_MOST_STEPS)
         return refuse_step(job, err);
     VolLookSettings settings = {.particle_step = world_length(job, options.particle_step),
+    VolAppearanceSettings settings = {.particle_step = world_length(job, options.particle_step),
                                 .scalar_step = options.scalar_step,
                                 .full = scene->estimator == VOL_ESTIMATE_FULL,
                                 .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS, .step = scene->step,
                                 .nodes = TABLE_NODES, .threads = job->run->threads, .cpu = job->run->cpu};
-    VolStatus status = vol_look_fit(&job->look, job->grid, &settings, &job->run->log, err);
-    scene->unit = job->look.unit;
-    scene->tf = vol_look_compiled(&job->look);
-    scene->preint = vol_look_preint(&job->look);
-    scene->integrals = &job->look.integrals;
+    VolStatus status = vol_appearance_fit(&job->appearance, job->grid, &settings, &job->run->log, err);
+    scene->unit = job->appearance.unit;
+    scene->tf = vol_appearance_compiled(&job->appearance);
+    scene->preint = vol_appearance_preint(&job->appearance);
+    scene->integrals = &job->appearance.integrals;
     vol_stats_stage(job->run->stats, "tables");
     return status;
 }
@@ -353,10 +354,10 @@ static void warn_of_nothing(Job *job)
     const VolLog *log = &job->run->log;
     double lo, hi, from = INFINITY, to = -INFINITY;
     const double unit = job->scene.unit;
-    bool varies = vol_look_varies(tf, &from, &to) || tf->delta_count > 0;
-    if (tf->delta_count > 0) {
-        from = fmin(from, tf->deltas[0].value);
-        to = fmax(to, tf->deltas[tf->delta_count - 1].value);
+    bool varies = vol_appearance_varies(tf, &from, &to) || tf->isosurface_count > 0;
+    if (tf->isosurface_count > 0) {
+        from = fmin(from, tf->isosurfaces[0].value);
+        to = fmax(to, tf->isosurfaces[tf->isosurface_count - 1].value);
     }
     bool any = vol_grid_range(job->grid, &lo, &hi), shown = any && vol_tf_range_visible(tf, lo, hi);
     lo *= unit, hi *= unit, from *= unit, to *= unit;
@@ -368,7 +369,7 @@ static void warn_of_nothing(Job *job)
         vol_warn(log, "the transfer function shows nothing in the data's range %g to %g", lo, hi);
     else if (varies && (from > hi || to < lo))
         vol_warn(log, "the transfer function's nodes, %g to %g, lie beyond the data's range %g to %g", from, to, lo, hi);
-    else if (varies && !tf->delta_count && far_apart(lo, hi, from, to))
+    else if (varies && !tf->isosurface_count && far_apart(lo, hi, from, to))
         vol_warn(log, "the data's values, %g to %g, lie far outside the transfer function's nodes, %g to %g: %s", lo, hi,
                  from, to, "is it for other data?");
     else
@@ -385,7 +386,7 @@ static void warn_of_faintness(const Job *job, const VolFrameCounts *counts)
     const VolTfCompiled *tf = job->scene.tf;
     const VolLog *log = &job->run->log;
     const char *faint = "the picture is nearly empty: nothing is brighter or more opaque";
-    double step = job->look.tf.particle_step;
+    double step = job->appearance.tf.particle_step;
     if (job->told_why || counts->strongest >= FAINT)
         return;
     if (!(counts->strongest > 0))
@@ -472,9 +473,9 @@ static void count_work(const Job *job, const VolFrameCounts *counts)
     vol_stats_count(stats, "skipped.rays", counts->rays_missed);
     vol_stats_count(stats, "skipped.ends_of_rays", skipped->rays_ended);
     vol_stats_count(stats, "rays_in_double", skipped->rays_in_double);
-    vol_scene_terms_skipped(&job->scene, terms, sizeof terms);
+    vol_scene_features_skipped(&job->scene, terms, sizeof terms);
     vol_stats_text(stats, "skipped.terms", terms);
-    vol_stats_real(stats, "stop_opacity", job->scene.stop_opacity);
+    vol_stats_real(stats, "stop_opacity", job->scene.termination_opacity);
 }
 
 static VolStatus write_image(Job *job, VolImage *image, VolError *err)
@@ -531,7 +532,7 @@ static void warn_of_unused(const Run *run)
 
 static void warn_of_unused_steps(const Job *job)
 {
-    const VolTf *tf = &job->look.tf;
+    const VolTf *tf = &job->appearance.tf;
     if (run_given(job->run, "particle-step") && !tf->scatter.count && !tf->absorb.count && !tf->emit.count)
         vol_warn(&job->run->log, "--particle-step has no effect: the transfer function has no particles");
     if (run_given(job->run, "scalar-step") && !tf->surface.count)
@@ -566,11 +567,11 @@ static VolStatus vol_render(const Run *run, VolError *err)
     if (!status && !options.probe.count)
         run_warn_of_name(run, run->common->output, "EXR");
     if (!status)
-        status = read_look(&job, err);
+        status = read_appearance(&job, err);
     if (!status)
         status = load_volume(&job, err);
     if (!status)
-        status = fit_look(&job, err);
+        status = fit_appearance(&job, err);
     if (!status)
         warn_of_unused_steps(&job);
     if (!status)
@@ -580,7 +581,7 @@ static VolStatus vol_render(const Run *run, VolError *err)
     vol_scene_release(&job.scene);
     free(job.picture);
     vol_grid_free(job.grid);
-    vol_look_free(&job.look);
+    vol_appearance_free(&job.appearance);
     free(job.prior_history);
     free(job.lights);
     free(job.clips);

@@ -148,15 +148,15 @@ static VolStatus describe(const NrrdHeader *h, VolSampled *out, uint64_t *sample
 /* ---- Samples ---- */
 
 /* The data of one file (or what follows the header), and how they become samples. */
-typedef struct Piece {
+typedef struct SubInterval {
     const char *name;
     VolBytes bytes; /* owned */
     size_t at;      /* where the samples begin, or what is still to be decoded */
     int64_t skip;
     uint64_t samples;
-} Piece;
+} SubInterval;
 
-static VolStatus skip_lines(const NrrdHeader *h, Piece *piece, VolError *err)
+static VolStatus skip_lines(const NrrdHeader *h, SubInterval *piece, VolError *err)
 {
     for (int64_t i = 0; i < h->line_skip; i++) {
         const VolBytes *bytes = &piece->bytes;
@@ -171,14 +171,14 @@ static VolStatus skip_lines(const NrrdHeader *h, Piece *piece, VolError *err)
 }
 
 /* Puts `data` in the place of the piece's bytes. */
-static void replace(Piece *piece, VolBytes data)
+static void replace(SubInterval *piece, VolBytes data)
 {
     vol_bytes_free(&piece->bytes);
     piece->bytes = data;
     piece->at = 0;
 }
 
-static VolStatus unpack(const NrrdHeader *h, Piece *piece, VolError *err)
+static VolStatus unpack(const NrrdHeader *h, SubInterval *piece, VolError *err)
 {
     VolBytes data = {0};
     const unsigned char *packed = piece->bytes.data + piece->at;
@@ -191,7 +191,7 @@ static VolStatus unpack(const NrrdHeader *h, Piece *piece, VolError *err)
 }
 
 /* Skips bytes of the unpacked data; a number below 0 counts from their end, -1 to end with the samples. */
-static VolStatus skip_bytes(const NrrdHeader *h, Piece *piece, VolError *err)
+static VolStatus skip_bytes(const NrrdHeader *h, SubInterval *piece, VolError *err)
 {
     uint64_t left = piece->bytes.size - piece->at, wanted = piece->samples * vol_sample_size(h->type);
     if (piece->skip >= 0) {
@@ -216,7 +216,7 @@ static int hex_digit(unsigned char c)
 }
 
 /* Two digits are a byte; white space may stand anywhere. */
-static VolStatus decode_hex(const NrrdHeader *h, Piece *piece, VolError *err)
+static VolStatus decode_hex(const NrrdHeader *h, SubInterval *piece, VolError *err)
 {
     uint64_t wanted = piece->samples * vol_sample_size(h->type), digits = 0;
     const unsigned char *c = piece->bytes.data + piece->at, *end = piece->bytes.data + piece->bytes.size;
@@ -244,7 +244,7 @@ static VolStatus decode_hex(const NrrdHeader *h, Piece *piece, VolError *err)
     return VOL_OK;
 }
 
-static VolStatus decode_text(const NrrdHeader *h, Piece *piece, VolError *err)
+static VolStatus decode_text(const NrrdHeader *h, SubInterval *piece, VolError *err)
 {
     VolBytes values = {0};
     VolStatus status = vol_scan_samples(piece->bytes.data + piece->at, piece->bytes.size - piece->at, h->type,
@@ -255,7 +255,7 @@ static VolStatus decode_text(const NrrdHeader *h, Piece *piece, VolError *err)
 }
 
 /* Lines are skipped before unpacking, bytes after it, as teem does; then the samples begin at `at`. */
-static VolStatus decode(const NrrdHeader *h, Piece *piece, VolError *err)
+static VolStatus decode(const NrrdHeader *h, SubInterval *piece, VolError *err)
 {
     VolStatus status = skip_lines(h, piece, err);
     if (!status && piece->at > piece->bytes.size)
@@ -273,7 +273,7 @@ static VolStatus decode(const NrrdHeader *h, Piece *piece, VolError *err)
 
 /* ---- Files ---- */
 
-static VolStatus read_piece(const NrrdHeader *h, const VolSource *source, size_t i, Piece *piece, VolError *err)
+static VolStatus read_piece(const NrrdHeader *h, const VolSource *source, size_t i, SubInterval *piece, VolError *err)
 {
     const NrrdFiles *files = &h->files;
     char *made = NULL;
@@ -324,7 +324,7 @@ static VolStatus read_pieces(const NrrdHeader *h, const VolSource *source, uint6
     VolStatus status = check_files(h, err);
     size_t capacity = 0;
     for (size_t i = 0; !status && i < h->files.count; i++) {
-        Piece piece = {.samples = samples / h->files.count};
+        SubInterval piece = {.samples = samples / h->files.count};
         status = read_piece(h, source, i, &piece, err);
         if (!status)
             status = vol_append_unpacked(&out->bytes, &capacity, piece.bytes.data + piece.at,
@@ -340,11 +340,11 @@ static VolStatus find_samples(const NrrdHeader *h, const VolSource *source, size
     if (h->files.several)
         return read_pieces(h, source, samples, out, err);
     VolStatus status;
-    Piece piece = {.samples = samples};
+    SubInterval piece = {.samples = samples};
     if (h->files.count) {
         status = read_piece(h, source, 0, &piece, err);
     } else {
-        piece = (Piece){source->name, *source->bytes, at, h->byte_skip, samples};
+        piece = (SubInterval){source->name, *source->bytes, at, h->byte_skip, samples};
         *source->bytes = (VolBytes){0};
         status = decode(h, &piece, err);
     }

@@ -125,8 +125,8 @@ static void draw_curve(Plot *plot, const VolAxes *axes, Kind kind, int channel, 
 
 static void draw_isosurfaces(Plot *plot, const VolAxes *axes)
 {
-    for (size_t i = 0; i < plot->compiled->delta_count; i++) {
-        const VolTfDelta *d = &plot->compiled->deltas[i];
+    for (size_t i = 0; i < plot->compiled->isosurface_count; i++) {
+        const VolIsosurface *d = &plot->compiled->isosurfaces[i];
         int x = vol_axes_x(axes, d->value), y = vol_axes_y(axes, d->opacity), bottom = axes->top + axes->height;
         vol_raster_line(&plot->raster, x, y, x, bottom - 1, INK);
         vol_raster_box(&plot->raster, x - 5, y - 5, 11, 11, INK);

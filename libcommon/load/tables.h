@@ -5,7 +5,7 @@
 #define VOL_LOAD_TABLES_H
 
 #include "base/log.h"
-#include "grid/grid.h"
+#include "volume/grid.h"
 #include "io/exr.h"
 #include "tf/foreign.h"
 #include "tf/preint.h"

@@ -4,7 +4,7 @@
 
 #include "base/log.h"
 #include "base/status.h"
-#include "grid/grid.h"
+#include "volume/grid.h"
 #include "io/vdb.h"
 #include "tf/foreign.h"
 

@@ -74,7 +74,7 @@ static void widen_by_floats(const float *v, double most[3])
 /* Edges on the far faces are the next bricks' to look at: there must be such bricks in the domain. */
 static bool is_plain(const VolGrid *grid, const VolBrick *brick, const int32_t base[3])
 {
-    bool plain = !grid->is_double && !brick->holes;
+    bool plain = !grid->is_double && !brick->invalid;
     for (int a = 0; a < 3; a++)
         plain = plain && base[a] >= grid->cell_min[a] && base[a] + VOL_BRICK_CELLS <= grid->cell_max[a];
     return plain;

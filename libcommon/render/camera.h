@@ -7,8 +7,8 @@
 
 #include "base/status.h"
 #include "base/vec.h"
-#include "grid/grid.h"
-#include "render/scene.h"
+#include "volume/grid.h"
+#include "trace/scene.h"
 
 typedef struct VolCamera {
     int64_t width, height;

@@ -21,22 +21,22 @@ static void backdrop_at(const VolFrame *frame, int64_t x, int64_t y, double out[
 /* The largest of a ray's opacities and colours. */
 static double strength(const VolRadiance *got)
 {
-    double tau = fmax(fmax(got->tau[0], got->tau[1]), got->tau[2]);
+    double optical_depth = fmax(fmax(got->optical_depth[0], got->optical_depth[1]), got->optical_depth[2]);
     double light = fmax(fmax(got->color[0], got->color[1]), got->color[2]);
-    return fmax(light, tau > 0 ? -vol_expm1(-tau) : 0);
+    return fmax(light, optical_depth > 0 ? -vol_expm1(-optical_depth) : 0);
 }
 
 /* What a ray brought, added to its pixel's sums. */
 static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance *got, const double behind[3],
                     VolPixelValue *sum, double *depths, int *deep)
 {
-    double through = 1, alpha = 0;
+    double transmittance = 1, alpha = 0;
     for (int c = 0; c < 3; c++) {
         if (frame->scene->tf->coloured || c == 0) {
-            through = got->tau[c] > 0 ? vol_exp(-got->tau[c]) : 1;
-            alpha = got->tau[c] > 0 ? -vol_expm1(-got->tau[c]) : 0;
+            transmittance = got->optical_depth[c] > 0 ? vol_exp(-got->optical_depth[c]) : 1;
+            alpha = got->optical_depth[c] > 0 ? -vol_expm1(-got->optical_depth[c]) : 0;
         }
-        sum->color[c] += got->color[c] + through * behind[c];
+        sum->color[c] += got->color[c] + transmittance * behind[c];
         sum->alpha[c] += alpha;
         sum->normal[c] += got->normal[c];
         sum->surface[c] += got->surface[c];
@@ -51,16 +51,16 @@ static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance 
 }
 
 /* Rays on their way through a kernel together, VOL_PACKET at most. */
-typedef struct Packet {
+typedef struct RayBatch {
     const VolFrame *frame;
     VolScratch *scratch;
     VolFrameCounts *counts;
     VolRay rays[VOL_PACKET];
     VolRadiance *results[VOL_PACKET];
     size_t count;
-} Packet;
+} RayBatch;
 
-static void packet_flush(Packet *p)
+static void batch_flush(RayBatch *p)
 {
     VolRadiance got[VOL_PACKET];
     if (p->count)
@@ -72,7 +72,7 @@ static void packet_flush(Packet *p)
     p->count = 0;
 }
 
-static void packet_add(Packet *p, const VolRay *ray, VolRadiance *result)
+static void batch_add(RayBatch *p, const VolRay *ray, VolRadiance *result)
 {
     VolRay clipped = *ray;
     p->counts->rays++;
@@ -91,7 +91,7 @@ static void packet_add(Packet *p, const VolRay *ray, VolRadiance *result)
     p->rays[p->count] = clipped;
     p->results[p->count++] = result;
     if (p->count == VOL_PACKET)
-        packet_flush(p);
+        batch_flush(p);
 }
 
 /* Neighbouring pixels, whose rays travel together. */
@@ -130,7 +130,7 @@ static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depth
 /* The first sample of every pixel, then the second of every pixel, and so on. */
 static void render_block(const VolFrame *frame, VolScratch *scratch, Block *block, VolFrameCounts *counts)
 {
-    Packet packet = {.frame = frame, .scratch = scratch, .counts = counts};
+    RayBatch batch = {.frame = frame, .scratch = scratch, .counts = counts};
     double behind[BLOCK_PIXELS][3], depths[BLOCK_PIXELS] = {0};
     int deep[BLOCK_PIXELS] = {0};
     for (int p = 0; p < block->count; p++) {
@@ -142,9 +142,9 @@ static void render_block(const VolFrame *frame, VolScratch *scratch, Block *bloc
         VolRay rays[BLOCK_PIXELS];
         for (int p = 0; p < block->count; p++) {
             ray_of(frame, block, p, sample, &rays[p]);
-            packet_add(&packet, &rays[p], &results[p]);
+            batch_add(&batch, &rays[p], &results[p]);
         }
-        packet_flush(&packet);
+        batch_flush(&batch);
         for (int p = 0; p < block->count; p++) {
             add_ray(frame, &rays[p], &results[p], behind[p], &block->values[p], &depths[p], &deep[p]);
             counts->strongest = fmax(counts->strongest, strength(&results[p]));

@@ -6,7 +6,7 @@
 
 #include "base/status.h"
 #include "render/camera.h"
-#include "render/scene.h"
+#include "trace/scene.h"
 
 /* What lies behind the volume: one colour, or a picture of the frame's size (RGB, interleaved, row 0 on top). */
 typedef struct VolBackdrop {

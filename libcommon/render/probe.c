@@ -28,7 +28,7 @@ static void add_step(void *user, const VolTraceStep *step)
     json_object_set_new(entry, "t1", number(step->t1));
     json_object_set_new(entry, "v0", number(step->v0 * trace->unit));
     json_object_set_new(entry, "v1", number(step->v1 * trace->unit));
-    json_object_set_new(entry, "optical_depth", number(step->tau));
+    json_object_set_new(entry, "optical_depth", number(step->optical_depth));
     json_object_set_new(entry, "interval", json_integer((json_int_t)step->interval));
     json_array_append_new(trace->steps, entry);
 }

@@ -266,9 +266,9 @@ static void surface_color_at(const VolTfNodes *surface, double v, double out[3])
         out[c] = p->color[c] + u * (q->color[c] - p->color[c]);
 }
 
-static VolTfDelta delta_of(const VolTf *tf, const VolTfIsosurface *from)
+static VolIsosurface delta_of(const VolTf *tf, const VolTfIsosurface *from)
 {
-    VolTfDelta to = {.value = from->value, .opacity = from->opacity};
+    VolIsosurface to = {.value = from->value, .opacity = from->opacity};
     to.mu = from->opacity < 1 ? -vol_log1p(-from->opacity) : INFINITY;
     static const VolTfNodes none;
     if (from->color_given)
@@ -283,10 +283,10 @@ static VolStatus compile_isosurfaces(const VolTf *tf, VolTfCompiled *out, VolErr
 {
     size_t n = tf->isosurface_count;
     const VolTfIsosurface **sorted = vol_alloc(n, sizeof *sorted);
-    out->deltas = vol_alloc(n, sizeof *out->deltas);
-    if (!sorted || !out->deltas) {
+    out->isosurfaces = vol_alloc(n, sizeof *out->isosurfaces);
+    if (!sorted || !out->isosurfaces) {
         free(sorted);
-        return vol_fail_memory(err, n * sizeof *out->deltas);
+        return vol_fail_memory(err, n * sizeof *out->isosurfaces);
     }
     for (size_t i = 0; i < n; i++)
         sorted[i] = &tf->isosurfaces[i];
@@ -296,7 +296,7 @@ static VolStatus compile_isosurfaces(const VolTf *tf, VolTfCompiled *out, VolErr
         out->node_max = fmax(out->node_max, sorted[i]->value);
         if (sorted[i]->opacity == 0)
             continue;
-        VolTfDelta *to = &out->deltas[out->delta_count++];
+        VolIsosurface *to = &out->isosurfaces[out->isosurface_count++];
         *to = delta_of(tf, sorted[i]);
         out->max_color = fmax(out->max_color, largest(to->color));
     }
@@ -346,7 +346,7 @@ void vol_tf_compiled_free(VolTfCompiled *compiled)
 {
     free(compiled->knots);
     free(compiled->intervals);
-    free(compiled->deltas);
+    free(compiled->isosurfaces);
     free(compiled->visible_before);
     *compiled = (VolTfCompiled){0};
 }

@@ -3,7 +3,7 @@
 #define VOL_TF_PREINT_PRIVATE_H
 
 #include "tf/preint.h"
-#include "tf/quads.h"
+#include "simd/quads.h"
 
 /* The properties at v by the lines of one interval, whose end v may be. */
 void vol_tf_sample_within(const VolTfInterval *interval, double v, VolTfSample *out);

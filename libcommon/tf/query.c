@@ -16,15 +16,15 @@ size_t vol_tf_interval(const VolTfCompiled *compiled, double v)
 
 static bool delta_within(const VolTfCompiled *compiled, double lo, double hi)
 {
-    size_t below = 0, above = compiled->delta_count;
+    size_t below = 0, above = compiled->isosurface_count;
     while (below < above) {
         size_t middle = below + (above - below) / 2;
-        if (compiled->deltas[middle].value < lo)
+        if (compiled->isosurfaces[middle].value < lo)
             below = middle + 1;
         else
             above = middle;
     }
-    return below < compiled->delta_count && compiled->deltas[below].value <= hi;
+    return below < compiled->isosurface_count && compiled->isosurfaces[below].value <= hi;
 }
 
 /* Particles at one value.  Inside an interval a line that is at least 0 and not 0 throughout is 0 nowhere, at its

@@ -83,17 +83,17 @@ typedef struct VolTfInterval {
     bool has_scatter, has_absorb, has_emit, has_surface; /* not identically 0 on it */
 } VolTfInterval;
 
-typedef struct VolTfDelta { /* a Dirac isosurface */
+typedef struct VolIsosurface { /* a Dirac isosurface */
     double value, opacity, color[3];
     double mu; /* -log1p(-opacity); INFINITY where opacity is 1 */
-} VolTfDelta;
+} VolIsosurface;
 
 typedef struct VolTfCompiled {
     double *knots; /* ascending, distinct: a jump is one knot */
     size_t knot_count;
     VolTfInterval *intervals; /* knot_count + 1 */
-    VolTfDelta *deltas;       /* ascending by value, equal values in list order; none of opacity 0 */
-    size_t delta_count;
+    VolIsosurface *isosurfaces;       /* ascending by value, equal values in list order; none of opacity 0 */
+    size_t isosurface_count;
     size_t *visible_before;   /* knot_count + 2: how many of the intervals 0..i-1 are not empty */
     bool has_scatter, has_absorb, has_emit, has_surface; /* anywhere */
     bool coloured;            /* attenuation differs between channels (absorb is not grey) */

@@ -32,8 +32,8 @@ void vol_tf_compiled_rescale(VolTfCompiled *tf, double scale)
         tf->knots[i] *= scale;
     for (size_t i = 0; i <= tf->knot_count; i++)
         rescale_interval(&tf->intervals[i], scale);
-    for (size_t i = 0; i < tf->delta_count; i++)
-        tf->deltas[i].value *= scale;
+    for (size_t i = 0; i < tf->isosurface_count; i++)
+        tf->isosurfaces[i].value *= scale;
     tf->node_min *= scale;
     tf->node_max *= scale;
     tf->surfaceness_gradient[0] *= scale;

@@ -10,9 +10,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "grid/grid.h"
-#include "render/lights.h"
-#include "render/scene.h"
+#include "volume/grid.h"
+#include "trace/lights.h"
+#include "trace/scene.h"
 #include "tf/tf.h"
 
 typedef struct Random {

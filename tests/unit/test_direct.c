@@ -58,7 +58,7 @@ static void company_levels_and_skipping_change_nothing(void)
         for (size_t i = 0; i < count; i++)
             if (memcmp(&other[i], &all[i], sizeof *all) != 0)
                 FAIL("seed %d ray %d: R %.17g tau %.17g with skipping, %.17g %.17g without", (int)seed, (int)i,
-                     all[i].color[0], all[i].tau[0], other[i].color[0], other[i].tau[0]);
+                     all[i].color[0], all[i].optical_depth[0], other[i].color[0], other[i].optical_depth[0]);
         vol_scene_release(&plain);
         end_scene(&s);
     }
@@ -93,7 +93,7 @@ static Known known_at(const VolGrid *grid, const VolRay *ray, double t)
 
 typedef struct Reference {
     const RandomScene *s;
-    double h, color[3], tau[3];
+    double h, color[3], optical_depth[3];
     double extinction[3], source[3]; /* of the step, per world unit */
     double cursor;
 } Reference;
@@ -127,15 +127,15 @@ static void advance_reference(Reference *m, double t)
         return;
     for (int c = 0; c < 3; c++) {
         double x = m->extinction[c] * dl;
-        m->color[c] += exp(-m->tau[c]) * m->source[c] * dl * (x > 0 ? -expm1(-x) / x : 1);
-        m->tau[c] += x;
+        m->color[c] += exp(-m->optical_depth[c]) * m->source[c] * dl * (x > 0 ? -expm1(-x) / x : 1);
+        m->optical_depth[c] += x;
     }
     m->cursor = t;
 }
 
 static double delta_value(const Reference *m, size_t k)
 {
-    double value = m->s->compiled.deltas[k].value;
+    double value = m->s->compiled.isosurfaces[k].value;
     return m->s->scene.precise ? value : (double)(float)value;
 }
 
@@ -150,7 +150,7 @@ static void cross_reference(Reference *m, Known a, Known b, double from, double 
     for (;;) {
         /* The next value on the way. */
         double next = NAN;
-        for (size_t k = 0; k < tf->delta_count; k++) {
+        for (size_t k = 0; k < tf->isosurface_count; k++) {
             double d = delta_value(m, k);
             bool ahead = first || (rising ? d > value : d < value);
             if ((a.v < d) != (b.v < d) && ahead && (isnan(next) || (rising ? d < next : d > next)))
@@ -164,12 +164,12 @@ static void cross_reference(Reference *m, Known a, Known b, double from, double 
         if (t <= from || t > to)
             continue;
         advance_reference(m, t);
-        for (size_t k = 0; k < tf->delta_count; k++) {
+        for (size_t k = 0; k < tf->isosurface_count; k++) {
             if (delta_value(m, k) != value)
                 continue;
             for (int c = 0; c < 3; c++) {
-                m->color[c] += exp(-m->tau[c]) * tf->deltas[k].opacity * tf->deltas[k].color[c];
-                m->tau[c] += tf->deltas[k].mu;
+                m->color[c] += exp(-m->optical_depth[c]) * tf->isosurfaces[k].opacity * tf->isosurfaces[k].color[c];
+                m->optical_depth[c] += tf->isosurfaces[k].mu;
             }
         }
     }
@@ -215,14 +215,15 @@ static void agrees_with_its_definition(void)
             reference(&s, &rays[i], &want);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(got[i].color[c] - want.color[c]) / fmax(1, want.color[c]);
-                error = fmax(error, fabs(exp(-got[i].tau[s.compiled.coloured ? c : 0]) - exp(-want.tau[c])));
+                double reached = got[i].optical_depth[s.compiled.coloured ? c : 0];
+                error = fmax(error, fabs(exp(-reached) - exp(-want.optical_depth[c])));
                 if (s.scene.precise)
                     worst = fmax(worst, error);
                 brightest = fmax(brightest, want.color[c]);
                 if (!(error < (s.scene.precise ? 1e-9 : 2e-3)))
                     FAIL("seed %d step %g ray %d channel %d: colour %.10g, not %.10g; tau %.10g, %.10g", (int)seed,
-                         s.scene.step, (int)i, c, got[i].color[c], want.color[c], got[i].tau[s.compiled.coloured ? c : 0],
-                         want.tau[c]);
+                         s.scene.step, (int)i, c, got[i].color[c], want.color[c],
+                         reached, want.optical_depth[c]);
             }
         }
         end_scene(&s);

@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "load/look.h"
+#include "load/appearance.h"
 #include "render/frame.h"
 #include "tests/unit/random_scene.h"
 #include "tests/unit/test.h"
@@ -28,7 +28,7 @@ static void put(void *user, size_t index, const VolPixelValue *pixel) { ((Pictur
 /* The scene of `seed` as vol-render would make it. */
 typedef struct Job {
     RandomScene s;
-    VolLook look;
+    VolAppearance appearance;
     VolCamera camera;
     char text[16384];
 } Job;
@@ -43,12 +43,12 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
     s->grid = random_grid(&r, flags, s);
     random_tf(&r, flags, exponent, job->text, sizeof job->text);
     VolBytes bytes = {(unsigned char *)job->text, strlen(job->text)};
-    const VolLookSettings settings = {.full = estimator == VOL_ESTIMATE_FULL,
+    const VolAppearanceSettings settings = {.full = estimator == VOL_ESTIMATE_FULL,
                                       .integrals = estimator == VOL_ESTIMATE_INTEGRALS, .step = 0.2,
                                       .nodes = 33, .threads = 1, .cpu = best_cpu};
-    VolStatus status = vol_look_read(&bytes, "test", NULL, NULL, &job->look, &err);
+    VolStatus status = vol_appearance_read(&bytes, "test", NULL, NULL, &job->appearance, &err);
     if (!status)
-        status = vol_look_fit(&job->look, s->grid, &settings, NULL, &err);
+        status = vol_appearance_fit(&job->appearance, s->grid, &settings, NULL, &err);
     if (status) {
         printf("# %s\n# %s\n", err.text, job->text);
         abort();
@@ -57,10 +57,10 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
     s->scene = (VolScene){.grid = s->grid, .lights = s->lights, .light_count = random_below(&r, 2) ? 2 : 1, .skip = true,
                           .step = 0.2, .estimator = estimator, .cpu = best_cpu, .layers = VOL_LAYER_Z};
-    s->scene.unit = job->look.unit;
-    s->scene.tf = vol_look_compiled(&job->look);
-    s->scene.preint = vol_look_preint(&job->look);
-    s->scene.integrals = &job->look.integrals;
+    s->scene.unit = job->appearance.unit;
+    s->scene.tf = vol_appearance_compiled(&job->appearance);
+    s->scene.preint = vol_appearance_preint(&job->appearance);
+    s->scene.integrals = &job->appearance.integrals;
     const VolCameraSettings view = {.width = WIDTH, .height = HEIGHT, .has_eye = true, .has_up = true,
                                     .eye = {random_in(&r, -20, 20), random_in(&r, -20, 20), random_in(&r, -20, 20)},
                                     .up = {0.1, 1, 0.2}, .fov_degrees = 30, .has_look_at = true};
@@ -70,7 +70,7 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
 
 static void job_end(Job *job)
 {
-    vol_look_free(&job->look);
+    vol_appearance_free(&job->appearance);
     vol_grid_free(job->s.grid);
 }
 

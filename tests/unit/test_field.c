@@ -4,8 +4,8 @@
 #include <stdlib.h>
 
 #include "base/fmath.h"
-#include "field/field_vdb.h"
-#include "field/noise.h"
+#include "procedural/field_vdb.h"
+#include "procedural/noise.h"
 
 static VolFieldCase make(const char *name, const char *const *assignments)
 {

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/pool.h"
-#include "grid/grid_internal.h"
+#include "volume/grid_internal.h"
 #include "tests/unit/random_scene.h"
 #include "tests/unit/test.h"
 
@@ -39,7 +39,7 @@ static void check_bricks(const VolGrid *grid)
                     const VolBrick *brick = &grid->bricks[number];
                     if (!same(got, want))
                         FAIL("voxel %d %d %d: brick holds %g, voxel is %g", x, y, z, got, want);
-                    if (isfinite(want) ? !(want >= brick->lo && want <= brick->hi) : !brick->holes)
+                    if (isfinite(want) ? !(want >= brick->lo && want <= brick->hi) : !brick->invalid)
                         FAIL("voxel %d %d %d: %g outside the brick's range %g to %g", x, y, z, want, brick->lo, brick->hi);
                 }
 }
@@ -357,7 +357,7 @@ static void check_same_grid(const VolGrid *a, const VolGrid *b)
     for (size_t n = 0; n < a->brick_count; n++) {
         const VolBrick *p = &a->bricks[n], *q = &b->bricks[n];
         CHECK(p->lo == q->lo && p->hi == q->hi && p->uniform == q->uniform && p->storage == q->storage &&
-              p->holes == q->holes);
+              p->invalid == q->invalid);
     }
     for (size_t n = 0; n < a->node_count; n++)
         CHECK(memcmp(a->nodes[n].at, b->nodes[n].at, sizeof a->nodes[n].at) == 0 &&

@@ -123,7 +123,7 @@ static void skipping_changes_nothing(void)
                     trace_rays(&plain, &ray, 1, &b);
                     if (memcmp(&a, &b, sizeof a) != 0)
                         FAIL("seed %d ray %d estimator %d precise %d: %.17g with skipping, %.17g without (tau %.17g, %.17g)",
-                             (int)seed, i, e, precise, a.color[0], b.color[0], a.tau[0], b.tau[0]);
+                             (int)seed, i, e, precise, a.color[0], b.color[0], a.optical_depth[0], b.optical_depth[0]);
                 }
             }
             vol_scene_release(&plain);
@@ -186,12 +186,12 @@ static bool field_at(const VolGrid *grid, VolVec3 world, double *v)
 
 static double line(VolLinear l, double x) { return l.a + l.b * x; }
 
-static void march(const RandomScene *s, const VolRay *ray, int steps, double color[3], double tau[3])
+static void march(const RandomScene *s, const VolRay *ray, int steps, double color[3], double optical_depth[3])
 {
     const VolTfCompiled *tf = &s->compiled;
     double h = (ray->t1 - ray->t0) / steps, before, v;
     for (int c = 0; c < 3; c++)
-        color[c] = tau[c] = 0;
+        color[c] = optical_depth[c] = 0;
     bool known = field_at(s->grid, vol_along(ray->origin, ray->t0, ray->direction), &before);
     for (int i = 0; i < steps; i++) {
         double after;
@@ -205,8 +205,8 @@ static void march(const RandomScene *s, const VolRay *ray, int steps, double col
                 double dtau = mu + line(in->absorb[c], x) * h + surface;
                 double q = line(in->scatter_color[c], x) * mu + line(in->emit[c], x) * h;
                 q += line(in->surface_color[c], x) * surface;
-                color[c] += exp(-tau[c] - 0.5 * dtau) * q;
-                tau[c] += dtau;
+                color[c] += exp(-optical_depth[c] - 0.5 * dtau) * q;
+                optical_depth[c] += dtau;
             }
         }
         before = after;
@@ -233,16 +233,16 @@ static void exact_agrees_with_a_fine_march(void)
             if (!vol_ray_clip(&s.scene, &ray) || may_graze_a_hole(&s, &ray))
                 continue;
             VolRadiance got;
-            double color[3], tau[3];
+            double color[3], optical_depth[3];
             trace_rays(&s.scene, &ray, 1, &got);
-            march(&s, &ray, 40000, color, tau);
+            march(&s, &ray, 40000, color, optical_depth);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(got.color[c] - color[c]) / fmax(1, color[c]);
-                error = fmax(error, fabs(exp(-got.tau[s.compiled.coloured ? c : 0]) - exp(-tau[c])));
+                error = fmax(error, fabs(exp(-got.optical_depth[s.compiled.coloured ? c : 0]) - exp(-optical_depth[c])));
                 worst = fmax(worst, error);
                 if (!(error < 2e-3))
                     FAIL("seed %d ray %d channel %d: colour %.10g, march %.10g; tau %.10g, %.10g", (int)seed, i, c,
-                         got.color[c], color[c], got.tau[0], tau[c]);
+                         got.color[c], color[c], got.optical_depth[0], optical_depth[c]);
             }
         }
         end_scene(&s);
@@ -254,7 +254,7 @@ static void exact_agrees_with_a_fine_march(void)
 static void stop_at(VolScene *scene, double opacity)
 {
     vol_scene_release(scene);
-    scene->stop_opacity = opacity;
+    scene->termination_opacity = opacity;
     if (vol_scene_prepare(scene, NULL))
         abort();
 }
@@ -278,7 +278,7 @@ static void early_termination_keeps_its_bound(void)
             trace_rays(&s.scene, &ray, 1, &cut);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(all.color[c] - cut.color[c]);
-                error = fmax(error, fabs(exp(-all.tau[c]) - exp(-cut.tau[c])));
+                error = fmax(error, fabs(exp(-all.optical_depth[c]) - exp(-cut.optical_depth[c])));
                 worst = fmax(worst, error);
                 if (!(error <= 0x1p-10))
                     FAIL("seed %d ray %d channel %d: changed by %.3g", (int)seed, i, c, error);
@@ -308,7 +308,7 @@ static void parts_add_up_to_the_colour(void)
                 out = traced(&s, VOL_CPU_SCALAR, (VolEstimator)e, &ray);
                 for (int c = 0; c < 3; c++) {
                     CHECK_NEAR(out.surface[c] + out.scatter[c] + out.emit[c], out.color[c], 1e-6, 1e-7);
-                    CHECK(isfinite(out.color[c]) && out.color[c] >= 0 && out.tau[c] >= 0);
+                    CHECK(isfinite(out.color[c]) && out.color[c] >= 0 && out.optical_depth[c] >= 0);
                 }
             }
         }

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "render/lookup_tmpl.h"
+#include "trace/lookup_tmpl.h"
 #include "tests/unit/random_scene.h"
 #include "tests/unit/test.h"
 
@@ -59,7 +59,7 @@ typedef struct Batch {
     float v0[LANES], v1[LANES];
 } Batch;
 
-static void random_batch(Random *r, const VolScene *scene, bool table, unsigned terms, Batch *out)
+static void random_batch(Random *r, const VolScene *scene, bool table, unsigned features, Batch *out)
 {
     reals v0, v1;
     for (int i = 0; i < LANES; i++) {
@@ -69,8 +69,8 @@ static void random_batch(Random *r, const VolScene *scene, bool table, unsigned 
     }
     memset(&out->a, 0, sizeof out->a);
     memset(&out->b, 0, sizeof out->b);
-    find_end(SCENE_OPTICS(scene), v0, table, terms, &out->a);
-    find_end(SCENE_OPTICS(scene), v1, table, terms, &out->b);
+    find_end(SCENE_TABLES(scene), v0, table, features, &out->a);
+    find_end(SCENE_TABLES(scene), v1, table, features, &out->b);
 }
 
 typedef struct Worst {
@@ -110,7 +110,7 @@ static void print_worst(const char *what, const Worst *worst)
 }
 
 /* Calls `check` with batches of segments in random scenes; with tables, or without. */
-static void for_batches(bool tables, void (*check)(uint64_t seed, RandomScene *s, const Batch *ends, unsigned terms))
+static void for_batches(bool tables, void (*check)(uint64_t seed, RandomScene *s, const Batch *ends, unsigned features))
 {
     for (uint64_t seed = 1; seed <= SCENES; seed++) {
         Random r = {seed};
@@ -120,12 +120,12 @@ static void for_batches(bool tables, void (*check)(uint64_t seed, RandomScene *s
             s.scene.preint = NULL;
         if (vol_scene_prepare(&s.scene, NULL))
             abort();
-        const Optics *o = SCENE_OPTICS(&s.scene);
-        unsigned terms = o->terms & (TERM_SURFACE | TERM_COLOURED | TERM_EMIT);
+        const TfTables *o = SCENE_TABLES(&s.scene);
+        unsigned features = o->features & (FEATURE_SURFACE | FEATURE_COLOURED | FEATURE_EMIT);
         for (int n = 0; n < BATCHES; n++) {
             Batch ends;
-            random_batch(&r, &s.scene, o->lookup.entries != NULL, terms, &ends);
-            check(seed, &s, &ends, terms);
+            random_batch(&r, &s.scene, o->lookup.entries != NULL, features, &ends);
+            check(seed, &s, &ends, features);
         }
         end_scene(&s);
     }
@@ -136,19 +136,19 @@ static void for_batches(bool tables, void (*check)(uint64_t seed, RandomScene *s
 static Worst tables_worst;
 static double tables_covered, tables_all;
 
-static void compare_with_tables(uint64_t seed, RandomScene *s, const Batch *ends, unsigned terms)
+static void compare_with_tables(uint64_t seed, RandomScene *s, const Batch *ends, unsigned features)
 {
-    const Optics *o = SCENE_OPTICS(&s->scene);
+    const TfTables *o = SCENE_TABLES(&s->scene);
     SegmentParts parts;
     Doubles length;
     memset(&length, 0, sizeof length);
     memset(&parts, 0, sizeof parts);
     if (o->lookup.entries) {
-        ints known = look_up_table(o, &ends->a, &ends->b, ints_all(-1), terms, (real)s->scene.step, &parts);
+        ints known = look_up_table(o, &ends->a, &ends->b, ints_all(-1), features, (real)s->scene.step, &parts);
         tables_covered += __builtin_popcount(mask_bits(known));
     }
     tables_all += LANES;
-    look_up_full(&s->scene, &ends->a, &ends->b, &length, ints_all(-1), ints_all(-1), terms, &parts);
+    look_up_full(&s->scene, &ends->a, &ends->b, &length, ints_all(-1), ints_all(-1), features, &parts);
     for (int i = 0; i < LANES; i++) {
         VolPreintSegment p;
         Worst here = {0};
@@ -159,7 +159,7 @@ static void compare_with_tables(uint64_t seed, RandomScene *s, const Batch *ends
         compare(&here, parts.particles_a[i], p.p_a[0]);
         for (int c = 0; c < 3; c++) {
             compare(&here, parts.particles_c[c][i], p.p_c[c]);
-            if (terms & TERM_SURFACE) {
+            if (features & FEATURE_SURFACE) {
                 compare(&here, parts.front_c[c][i], p.fw_c[c]);
                 compare(&here, parts.front_a[c][i], p.fw_a[c]);
                 compare(&here, parts.back_c[c][i], p.bw_c[c]);
@@ -193,22 +193,22 @@ static void compare_places(uint64_t seed, const Batch *ends, const SegmentParts 
              where);
 }
 
-static void compare_with_integrals(uint64_t seed, RandomScene *s, const Batch *ends, unsigned terms)
+static void compare_with_integrals(uint64_t seed, RandomScene *s, const Batch *ends, unsigned features)
 {
     SegmentParts parts;
     reals length;
     memset(&parts, 0, sizeof parts);
     for (int i = 0; i < LANES; i++)
         length[i] = (real)random_in(&lengths, 0, 0.4);
-    look_up_integrals(&s->scene, &ends->a, &ends->b, length, ints_all(-1), terms, &parts);
+    look_up_integrals(&s->scene, &ends->a, &ends->b, length, ints_all(-1), features, &parts);
     for (int i = 0; i < LANES; i++) {
         VolPreintApproximation p;
         Worst here = {0};
         vol_preint_integrals_at(&s->integrals, (double)ends->v0[i], (double)ends->v1[i], (double)length[i], &p);
         for (int c = 0; c < 3; c++) {
-            compare_depths(&here, parts.depth[terms & TERM_COLOURED ? c : 0][i], p.depth[c]);
+            compare_depths(&here, parts.depth[features & FEATURE_COLOURED ? c : 0][i], p.depth[c]);
             compare(&here, parts.particles_c[c][i], p.particle_c[c]);
-            if (terms & TERM_SURFACE) {
+            if (features & FEATURE_SURFACE) {
                 compare(&here, parts.front_c[c][i], p.surface_c[c]);
                 compare(&here, parts.front_a[c][i], p.surface_a[c]);
             }

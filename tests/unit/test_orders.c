@@ -88,7 +88,7 @@ static double error_of(OneCell *cell, const VolRay *ray, VolEstimator estimator,
     traced(&cell->scene, ray, &got);
     vol_preint_free(&tables);
     cell->scene.preint = NULL; /* they end here */
-    return fmax(fabs(exact.color[0] - got.color[0]), fabs(exp(-exact.tau[0]) - exp(-got.tau[0])));
+    return fmax(fabs(exact.color[0] - got.color[0]), fabs(exp(-exact.optical_depth[0]) - exp(-got.optical_depth[0])));
 }
 
 static void check_order(const char *lists, VolEstimator estimator, const char *name)

@@ -146,14 +146,14 @@ static void add_part(VolPreintSegment *sum, double *t, const VolPreintSegment *p
 }
 
 /* With isosurfaces: cut where v crosses one. */
-static void cut_segment(const VolTfCompiled *tf, const json_t *deltas, double v0, double v1, double dl,
+static void cut_segment(const VolTfCompiled *tf, const json_t *isosurfaces, double v0, double v1, double dl,
                         VolPreintSegment *sum, double *t)
 {
     double s = 0, v = v0;
     *sum = (VolPreintSegment){{0}};
     *t = 1;
-    for (size_t n = 0, count = json_array_size(deltas); n <= count; n++) {
-        const json_t *delta = n < count ? json_array_get(deltas, v1 > v0 ? n : count - 1 - n) : NULL;
+    for (size_t n = 0, count = json_array_size(isosurfaces); n <= count; n++) {
+        const json_t *delta = n < count ? json_array_get(isosurfaces, v1 > v0 ? n : count - 1 - n) : NULL;
         double value = delta ? json_number_value(json_array_get(delta, 0)) : v1;
         if (delta && (v0 < value) == (v1 < value))
             continue;
@@ -176,7 +176,7 @@ static void test_published_segments(void)
 {
     json_t *root = reference("yang_segments.json");
     VolTfCompiled tf = yang_tf(root);
-    const json_t *deltas = json_object_get(json_object_get(root, "tf"), "deltas");
+    const json_t *isosurfaces = json_object_get(json_object_get(root, "tf"), "deltas");
     const json_t *segments = json_object_get(root, "segments");
     CHECK(json_array_size(segments) == 41);
     for (size_t i = 0; i < json_array_size(segments); i++) {
@@ -187,7 +187,7 @@ static void test_published_segments(void)
             CHECK(number(want, "dl") == 1e6);
             continue;
         }
-        cut_segment(&tf, deltas, number(want, "v0"), number(want, "v1"), number(want, "dl"), &got, &t);
+        cut_segment(&tf, isosurfaces, number(want, "v0"), number(want, "v1"), number(want, "dl"), &got, &t);
         CHECK_NEAR(t, number(want, "T"), 1e-11, 1e-15); /* 1 - alpha has the digits of alpha */
         CHECK_NEAR(got.fw_a[0], number(want, "alpha_s_fw"), 1e-11, 1e-15);
         CHECK_NEAR(got.bw_a[0], number(want, "alpha_s_bw"), 1e-11, 1e-15);

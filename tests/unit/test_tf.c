@@ -295,7 +295,7 @@ static void test_constant(void)
 static void test_nothing(void)
 {
     VolTfCompiled c = compiled(HEAD ", \"scatter\": []}");
-    CHECK(c.knot_count == 0 && c.delta_count == 0 && vol_tf_interval(&c, 3) == 0);
+    CHECK(c.knot_count == 0 && c.isosurface_count == 0 && vol_tf_interval(&c, 3) == 0);
     CHECK(c.intervals[0].v0 == -INFINITY && c.intervals[0].v1 == INFINITY && isfinite(c.intervals[0].v_ref));
     CHECK(c.intervals[0].surfaceness.a == 1);
     CHECK(!vol_tf_range_visible(&c, -INFINITY, INFINITY));
@@ -381,20 +381,20 @@ static void test_isosurfaces(void)
              "{\"value\": 1, \"opacity\": 0.25, \"color\": [3, 2, 1]}, {\"value\": 7, \"opacity\": 1e-9},"
              "{\"value\": -3, \"opacity\": 0}, {\"value\": -2, \"opacity\": 0.5}]}");
     static const double values[] = {-2, 0.25, 1, 1, 7}; /* none of opacity 0 */
-    CHECK(c.delta_count == 5);
-    for (size_t i = 0; i < 5 && i < c.delta_count; i++)
-        CHECK(c.deltas[i].value == values[i]);
-    CHECK(c.deltas[0].color[0] == 1 && c.deltas[0].color[2] == 0);      /* constant below the first node */
-    CHECK(c.deltas[1].color[0] == 0.75 && c.deltas[1].color[2] == 0.25);
-    CHECK(c.deltas[1].mu == INFINITY && c.deltas[1].opacity == 1);       /* exactly opaque */
-    CHECK(c.deltas[2].color[1] == 1 && c.deltas[2].color[2] == 0);      /* at a jump the second; list order */
-    CHECK(c.deltas[3].color[0] == 3 && c.deltas[3].opacity == 0.25);
-    CHECK_NEAR(c.deltas[3].mu, -log(0.75), 1e-15, 0);
-    CHECK_NEAR(c.deltas[4].mu, 1.0000000005e-9, 1e-15, 0);
+    CHECK(c.isosurface_count == 5);
+    for (size_t i = 0; i < 5 && i < c.isosurface_count; i++)
+        CHECK(c.isosurfaces[i].value == values[i]);
+    CHECK(c.isosurfaces[0].color[0] == 1 && c.isosurfaces[0].color[2] == 0);      /* constant below the first node */
+    CHECK(c.isosurfaces[1].color[0] == 0.75 && c.isosurfaces[1].color[2] == 0.25);
+    CHECK(c.isosurfaces[1].mu == INFINITY && c.isosurfaces[1].opacity == 1);       /* exactly opaque */
+    CHECK(c.isosurfaces[2].color[1] == 1 && c.isosurfaces[2].color[2] == 0);      /* at a jump the second; list order */
+    CHECK(c.isosurfaces[3].color[0] == 3 && c.isosurfaces[3].opacity == 0.25);
+    CHECK_NEAR(c.isosurfaces[3].mu, -log(0.75), 1e-15, 0);
+    CHECK_NEAR(c.isosurfaces[4].mu, 1.0000000005e-9, 1e-15, 0);
     CHECK(c.node_min == -3 && c.node_max == 7 && c.max_color == 3 && !c.has_surface);
     vol_tf_compiled_free(&c);
     c = compiled(HEAD ", \"isosurfaces\": [{\"value\": 1, \"opacity\": 0.5}]}");
-    CHECK(c.deltas[0].color[0] == 1 && c.deltas[0].color[1] == 1 && c.deltas[0].color[2] == 1);
+    CHECK(c.isosurfaces[0].color[0] == 1 && c.isosurfaces[0].color[1] == 1 && c.isosurfaces[0].color[2] == 1);
     vol_tf_compiled_free(&c);
 }
 
@@ -522,8 +522,8 @@ static bool particles_by_hand(const VolTfCompiled *c, double v)
 
 static bool visible_by_hand(const VolTfCompiled *c, double lo, double hi)
 {
-    for (size_t i = 0; i < c->delta_count; i++)
-        if (c->deltas[i].value >= lo && c->deltas[i].value <= hi)
+    for (size_t i = 0; i < c->isosurface_count; i++)
+        if (c->isosurfaces[i].value >= lo && c->isosurfaces[i].value <= hi)
             return true;
     if (particles_by_hand(c, lo) || particles_by_hand(c, hi))
         return true;
@@ -541,8 +541,8 @@ static double some_value(Random *random, const VolTfCompiled *c)
 {
     if (c->knot_count && pick(random, 2))
         return c->knots[pick(random, c->knot_count)];
-    if (c->delta_count && pick(random, 2))
-        return c->deltas[pick(random, c->delta_count)].value;
+    if (c->isosurface_count && pick(random, 2))
+        return c->isosurfaces[pick(random, c->isosurface_count)].value;
     return -3 + 8 * uniform(random);
 }
 

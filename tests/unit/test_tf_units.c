@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "grid/grid.h"
-#include "render/conditioning.h"
+#include "volume/grid.h"
+#include "trace/conditioning.h"
 #include "tests/unit/random_scene.h"
 #include "tests/unit/test.h"
 #include "tests/unit/tf_help.h"

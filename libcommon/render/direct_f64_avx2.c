@@ -1,8 +1,0 @@
-/* The direct estimator in double, with AVX2 and fused multiply-add. */
-#define VOL_DOUBLE
-#include "render/direct_tmpl.h"
-
-void vol_direct_f64_avx2(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
-{
-    trace_direct(scene, scratch, rays, count, out);
-}

@@ -1,8 +1,0 @@
-/* The pre-integrated estimators in double, for any machine. */
-#define VOL_DOUBLE
-#include "render/segments_tmpl.h"
-
-void vol_segments_f64(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
-{
-    trace_segments(scene, scratch, rays, count, out);
-}

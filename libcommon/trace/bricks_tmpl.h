@@ -1,0 +1,347 @@
+/* A brick's voxels in the kernel's precision, and the gradients at its voxels.
+ *
+ * Where the pool holds what the kernel needs, a brick's voxels are read in place.  Otherwise (another precision, or one
+ * value throughout), and for gradients, a thread keeps what it made for the bricks that it met last.  A place in that
+ * store is given to another brick only while no lane is in it.
+ * Include reals.h first. */
+#ifndef VOL_TRACE_BRICKS_TMPL_H
+#define VOL_TRACE_BRICKS_TMPL_H
+
+#include "volume/grid.h"
+#include "simd/reals.h"
+#include "trace/scene.h"
+
+enum { BRICK_HALO = VOL_BRICK_SIDE + 2 };
+
+/* Room that any lane may load corners from. */
+static inline const real *scratch_zeros(const VolScratch *scratch) { return scratch->zeros; }
+
+enum { STORE_NOBODY = 0 }; /* for what is not to be found again */
+
+/* The place of `key` in the store, its own (true) or one that no lane is in (false). */
+static inline bool store_place(VolBrickStore *store, size_t size, const real *const in_use[LANES], uint32_t key,
+                               real **place)
+{
+    real *all = store->numbers;
+    size_t first = key % (store->places - LANES), chosen = SIZE_MAX;
+    for (size_t n = 0; n <= LANES; n++) {
+        size_t at = first + n;
+        if (key != STORE_NOBODY && store->key[at] == key) {
+            *place = all + at * size;
+            return true;
+        }
+        bool taken = false;
+        for (int i = 0; i < LANES; i++)
+            taken = taken || in_use[i] == all + at * size;
+        if (!taken && chosen == SIZE_MAX)
+            chosen = at;
+    }
+    store->key[chosen] = key;
+    *place = all + chosen * size;
+    return false;
+}
+
+/* A brick's voxels where the pool holds them as the kernel needs them, else NULL. */
+static inline const real *pooled_values(const VolGrid *grid, const VolBrick *brick)
+{
+    if (brick->storage == VOL_NO_STORAGE || grid->is_double != (sizeof(real) == sizeof(double)))
+        return NULL;
+    return (const real *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE;
+}
+
+/* A brick of one value, or of one in each octant. */
+static inline void unfold_brick(const VolGrid *grid, const VolBrick *brick, real *out)
+{
+    real value[8];
+    for (int k = 0; k < 8; k++)
+        value[k] = (real)(brick->octants ? grid->octants[brick->octants - 1].value[k] : brick->uniform);
+    for (int x = 0; x < VOL_BRICK_SIDE; x++)
+        for (int y = 0; y < VOL_BRICK_SIDE; y++) {
+            int k = x / VOL_BRICK_CELLS * 4 + y / VOL_BRICK_CELLS * 2;
+            for (int z = 0; z < VOL_BRICK_CELLS; z++)
+                *out++ = value[k];
+            *out++ = value[k + 1];
+        }
+}
+
+static inline const real *brick_values(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
+                                       uint32_t number)
+{
+    const VolBrick *brick = &grid->bricks[number];
+    const real *pooled = pooled_values(grid, brick);
+    if (pooled)
+        return pooled;
+    real *out;
+    if (store_place(&scratch->values, VOL_BRICK_STRIDE, in_use, number + 1, &out))
+        return out;
+    if (brick->storage == VOL_NO_STORAGE) {
+        unfold_brick(grid, brick, out);
+        return out;
+    }
+    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE;
+    for (size_t n = 0; n < VOL_BRICK_VALUES; n++)
+        out[n] = (real)(grid->is_double ? ((const double *)grid->values)[at + n]
+                                        : (double)((const float *)grid->values)[at + n]);
+    return out;
+}
+
+/* ---- Gradients ---- */
+
+/* Along one axis, voxels -1 to 9 of a brick as the field sees them: kept within a box; outside a sparse one there is
+ * background. */
+typedef struct AxisPlaces {
+    int brick[BRICK_HALO]; /* 0: the brick below, 1: this one, 2: the one above */
+    int local[BRICK_HALO];
+    bool outside[BRICK_HALO];
+    real weight[VOL_BRICK_SIDE]; /* of the difference at each voxel: 1/2, at a box's faces 1 */
+} AxisPlaces;
+
+static inline void axis_places(const VolGrid *grid, int a, int32_t origin, AxisPlaces *out)
+{
+    int32_t lo = grid->voxel_min[a], hi = grid->voxel_max[a];
+    bool box = grid->domain == VOL_DOMAIN_BOX;
+    for (int n = 0; n < BRICK_HALO; n++) {
+        int32_t voxel = origin + n - 1, inside = voxel < lo ? lo : voxel > hi ? hi : voxel;
+        out->outside[n] = !box && inside != voxel;
+        voxel = box ? inside : voxel;
+        int32_t from = voxel - (origin - VOL_BRICK_CELLS);
+        /* Voxels far outside belong to cells that no ray enters. */
+        from = from < 0 ? 0 : from > 3 * VOL_BRICK_CELLS - 1 ? 3 * VOL_BRICK_CELLS - 1 : from;
+        out->brick[n] = from >> 3;
+        out->local[n] = from & 7;
+    }
+    for (int n = 0; n < VOL_BRICK_SIDE; n++) {
+        int32_t voxel = origin + n;
+        int span = box ? (voxel > lo) + (voxel < hi) : 2;
+        out->weight[n] = span ? (real)1 / (real)span : 0;
+    }
+}
+
+/* Eight voxels along z of a brick, from a place among its voxels. */
+static inline void copy_row(const VolGrid *grid, const VolBrick *brick, size_t place, real out[VOL_BRICK_CELLS])
+{
+    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE + place;
+    if (brick->storage == VOL_NO_STORAGE) {
+        for (int n = 0; n < VOL_BRICK_CELLS; n++)
+            out[n] = (real)brick->uniform;
+    } else if (grid->is_double == (sizeof(real) == sizeof(double))) {
+        memcpy(out, (const real *)grid->values + at, VOL_BRICK_CELLS * sizeof *out);
+    } else if (grid->is_double) {
+        for (int n = 0; n < VOL_BRICK_CELLS; n++)
+            out[n] = (real)((const double *)grid->values)[at + (size_t)n];
+    } else {
+        for (int n = 0; n < VOL_BRICK_CELLS; n++)
+            out[n] = (real)((const float *)grid->values)[at + (size_t)n];
+    }
+}
+
+/* A brick and the 26 around it, [(x*3 + y)*3 + z]. */
+static inline void bricks_around(const VolGrid *grid, const int32_t origin[3], const VolBrick *out[27])
+{
+    const int32_t b[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+    for (int n = 0; n < 27; n++)
+        out[n] = &grid->bricks[vol_grid_brick_number(grid, b[0] + n / 9 - 1, b[1] + n / 3 % 3 - 1, b[2] + n % 3 - 1)];
+}
+
+/* The voxels from -1 to 9 along each axis, [(x*11 + y)*11 + z]. */
+static inline void gather_halo(const VolGrid *grid, const VolBrick *const bricks[27], const AxisPlaces places[3], real *out)
+{
+    enum { BACKGROUND = 3 * VOL_BRICK_CELLS };
+    real line[BACKGROUND + 1] = {0}; /* three bricks' voxels, and what is outside */
+    line[BACKGROUND] = (real)grid->background;
+    int from[BRICK_HALO];
+    for (int z = 0; z < BRICK_HALO; z++)
+        from[z] = places[2].outside[z] ? BACKGROUND : places[2].brick[z] * VOL_BRICK_CELLS + places[2].local[z];
+    for (int x = 0; x < BRICK_HALO; x++)
+        for (int y = 0; y < BRICK_HALO; y++) {
+            bool outside = places[0].outside[x] || places[1].outside[y];
+            const VolBrick *const *row = bricks + places[0].brick[x] * 9 + places[1].brick[y] * 3;
+            size_t place = (size_t)((places[0].local[x] * 9 + places[1].local[y]) * 9);
+            for (int b = 0; b < 3 && !outside; b++)
+                copy_row(grid, row[b], place, line + b * VOL_BRICK_CELLS);
+            for (int z = 0; z < BRICK_HALO; z++)
+                *out++ = line[outside ? BACKGROUND : from[z]];
+        }
+}
+
+/* The same where none of the bricks has storage: the rows within a brick are alike. */
+static inline void gather_blocks(const VolGrid *grid, const VolBrick *const bricks[27], const AxisPlaces places[3],
+                                 real *out)
+{
+    enum { OUTSIDE = 3, ROW = BRICK_HALO };
+    const real *known[OUTSIDE + 1][OUTSIDE + 1] = {{NULL}};
+    real line[OUTSIDE + 1];
+    line[OUTSIDE] = (real)grid->background;
+    for (int x = 0; x < ROW; x++)
+        for (int y = 0; y < ROW; y++, out += ROW) {
+            int bx = places[0].outside[x] ? OUTSIDE : places[0].brick[x];
+            int by = places[1].outside[y] ? OUTSIDE : places[1].brick[y];
+            bool outside = bx == OUTSIDE || by == OUTSIDE;
+            if (known[bx][by]) {
+                memcpy(out, known[bx][by], ROW * sizeof *out);
+                continue;
+            }
+            for (int b = 0; b < 3; b++)
+                line[b] = outside ? line[OUTSIDE] : (real)bricks[bx * 9 + by * 3 + b]->uniform;
+            for (int z = 0; z < ROW; z++)
+                out[z] = line[places[2].outside[z] ? OUTSIDE : places[2].brick[z]];
+            known[bx][by] = out;
+        }
+}
+
+static inline bool none_is_stored(const VolBrick *const bricks[27])
+{
+    bool none = true;
+    for (int n = 0; n < 27; n++)
+        none = none && bricks[n]->storage == VOL_NO_STORAGE;
+    return none;
+}
+
+/* Central differences by index step, one-sided at a box's faces and beside what is not finite. */
+static inline real difference(real before, real here, real after, real weight)
+{
+    if (isfinite(before) && isfinite(after))
+        return (after - before) * weight;
+    if (!isfinite(here) || (!isfinite(before) && !isfinite(after)))
+        return 0;
+    return isfinite(before) ? here - before : after - here;
+}
+
+/* Of a row of 9 voxels, the first eight or the last. */
+typedef real eight __attribute__((vector_size(8 * sizeof(real))));
+
+ALWAYS_INLINE eight load_eight(const real *from)
+{
+    eight row;
+    memcpy(&row, from, sizeof row);
+    return row;
+}
+
+/* Where all is finite. */
+static inline void differences_along(const real *halo, int step, const real weight[VOL_BRICK_SIDE], int axis, real *out)
+{
+    for (int x = 0; x < VOL_BRICK_SIDE; x++)
+        for (int y = 0; y < VOL_BRICK_SIDE; y++, out += VOL_BRICK_SIDE) {
+            const real *row = halo + ((x + 1) * BRICK_HALO + y + 1) * BRICK_HALO + 1;
+            for (int z = 0; z <= VOL_BRICK_SIDE - 8; z++) {
+                eight change = load_eight(row + z + step) - load_eight(row + z - step);
+                change *= axis == 2 ? load_eight(weight + z) : weight[axis == 0 ? x : y] - (eight){0};
+                memcpy(out + z, &change, sizeof change);
+            }
+        }
+}
+
+static inline void differences_beside_invalid(const real *halo, int step, const real weight[VOL_BRICK_SIDE], int axis,
+                                              real *out)
+{
+    for (int x = 0; x < VOL_BRICK_SIDE; x++)
+        for (int y = 0; y < VOL_BRICK_SIDE; y++) {
+            const real *row = halo + ((x + 1) * BRICK_HALO + y + 1) * BRICK_HALO + 1;
+            for (int z = 0; z < VOL_BRICK_SIDE; z++)
+                *out++ = difference(row[z - step], row[z], row[z + step], weight[axis == 0 ? x : axis == 1 ? y : z]);
+        }
+}
+
+static inline bool all_are_valid(const real halo[BRICK_HALO * BRICK_HALO * BRICK_HALO])
+{
+    enum { COUNT = BRICK_HALO * BRICK_HALO * BRICK_HALO };
+    eight sum = load_eight(halo + COUNT - 8) * 0;
+    for (int i = 0; i + 8 <= COUNT; i += 8)
+        sum += load_eight(halo + i) * 0;
+    real all = 0;
+    for (int i = 0; i < 8; i++)
+        all += sum[i];
+    return all == 0;
+}
+
+static const int place_step[3] = {VOL_BRICK_SIDE * VOL_BRICK_SIDE, VOL_BRICK_SIDE, 1};
+
+/* A brick without holes that has its voxels in the pool, at brick coordinates; else NULL. */
+static inline const real *whole_brick(const VolGrid *grid, const int32_t at[3])
+{
+    const VolBrick *brick = &grid->bricks[vol_grid_brick_number(grid, at[0], at[1], at[2])];
+    return brick->invalid ? NULL : pooled_values(grid, brick);
+}
+
+/* Half the changes along an axis, eight at a time, from the places before and behind. */
+ALWAYS_INLINE void store_changes(const real *before, const real *after, real *out)
+{
+    eight change = (load_eight(after) - load_eight(before)) * (real)0.5;
+    memcpy(out, &change, sizeof change);
+}
+
+/* Differences along an axis from a brick's own voxels and the nearest planes of the bricks below and above. */
+ALWAYS_INLINE void differences_among_bricks(const real *here, const real *below, const real *above, int axis, real *out)
+{
+    const int step = place_step[axis], last = VOL_BRICK_CELLS * step, across = place_step[axis == 0 ? 1 : 0];
+    /* In one go: what comes out at the first and the last plane, or behind the voxels, is no difference of neighbours. */
+    for (int i = step; i < VOL_BRICK_VALUES - step; i += 8)
+        store_changes(here + i - step, here + i + step, out + i);
+    const real *before = below + last - step, *after = above + step;
+    for (int row = 0; row < VOL_BRICK_SIDE; row++, here += across, before += across, after += across, out += across) {
+        for (int z = 0; axis < 2 && z <= VOL_BRICK_SIDE - 8; z++) {
+            store_changes(before + z, here + step + z, out + z);
+            store_changes(here + last - step + z, after + z, out + last + z);
+        }
+        for (int n = 0; axis == 2 && n < place_step[0]; n += VOL_BRICK_SIDE) {
+            out[n] = (here[n + step] - before[n]) * (real)0.5;
+            out[n + last] = (after[n] - here[n + last - step]) * (real)0.5;
+        }
+    }
+}
+
+/* The gradients of a brick well inside the domain, if the voxels of the bricks beside it may be read in place: most are
+ * such, and the rest of what lies around them is not needed. */
+static inline bool gradients_in_place(const VolGrid *grid, const int32_t origin[3], real *out)
+{
+    int32_t at[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
+    const real *here = whole_brick(grid, at), *below[3], *above[3];
+    for (int a = 0; a < 3; a++) {
+        if (!here || origin[a] <= grid->voxel_min[a] || origin[a] + VOL_BRICK_SIDE > grid->voxel_max[a])
+            return false;
+        at[a]--;
+        below[a] = whole_brick(grid, at);
+        at[a] += 2;
+        above[a] = whole_brick(grid, at);
+        at[a]--;
+        if (!below[a] || !above[a])
+            return false;
+    }
+    differences_among_bricks(here, below[0], above[0], 0, out);
+    differences_among_bricks(here, below[1], above[1], 1, out + VOL_BRICK_STRIDE);
+    differences_among_bricks(here, below[2], above[2], 2, out + 2 * VOL_BRICK_STRIDE);
+    return true;
+}
+
+static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
+                                          uint32_t number, const int32_t origin[3])
+{
+    AxisPlaces places[3];
+    const VolBrick *bricks[27];
+    real halo[BRICK_HALO * BRICK_HALO * BRICK_HALO], *out;
+    /* A brick of one value may stand in many places, with other neighbours in each. */
+    uint32_t key = grid->bricks[number].shared ? STORE_NOBODY : number + 1;
+    if (store_place(&scratch->gradients, 3 * VOL_BRICK_STRIDE, in_use, key, &out))
+        return out;
+    if (gradients_in_place(grid, origin, out))
+        return out;
+    for (int a = 0; a < 3; a++)
+        axis_places(grid, a, origin[a], &places[a]);
+    bricks_around(grid, origin, bricks);
+    if (none_is_stored(bricks))
+        gather_blocks(grid, bricks, places, halo);
+    else
+        gather_halo(grid, bricks, places, halo);
+    bool finite = all_are_valid(halo);
+    static const int step[3] = {BRICK_HALO * BRICK_HALO, BRICK_HALO, 1};
+    for (int a = 0; a < 3; a++) {
+        real *along = out + a * VOL_BRICK_STRIDE;
+        if (finite)
+            differences_along(halo, step[a], places[a].weight, a, along);
+        else
+            differences_beside_invalid(halo, step[a], places[a].weight, a, along);
+    }
+    return out;
+}
+
+#endif

@@ -1,0 +1,8 @@
+/* The direct estimator in double, with AVX2 and fused multiply-add. */
+#define VOL_DOUBLE
+#include "trace/direct_tmpl.h"
+
+void vol_direct_f64_avx2(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+{
+    trace_direct(scene, scratch, rays, count, out);
+}

@@ -1,0 +1,204 @@
+/* Steps of the direct estimator (direct_tmpl.h has the derivation): their light, and those that depend on their own sample
+ * alone.  Include reals.h first. */
+#ifndef VOL_TRACE_DIRECT_STEPS_TMPL_H
+#define VOL_TRACE_DIRECT_STEPS_TMPL_H
+
+#include "trace/samples_tmpl.h"
+
+/* A sample with what its step needs. */
+typedef struct Fed {
+    reals v, before;     /* the field; the distance from the sample before it */
+    ints valid;          /* not in a hole */
+    ints own;            /* a step belongs to it that may be something */
+    ints interval, isosurfaces_below; /* of the transfer function; isosurfaces up to v */
+    reals length;        /* of the step */
+    reals gradient[3];   /* world space, where the step is shaded */
+    Doubles number;
+} Fed;
+
+typedef struct March {
+    Samples s;
+    reals length;                /* of the run's steps */
+    Sums sums;
+
+    /* Steps that depend on their own sample alone: within the run. */
+    reals transmittance[3];            /* transmittance of what lies before the sample */
+    reals run_optical_depth[3], run_color[3];
+    ints intervals_seen;         /* bit j: interval j is something; for few knots */
+
+    /* Steps that wait for the next sample. */
+    reals before;                /* distance from the run's next sample to the one before it */
+    Fed last;                    /* fed last, where `waiting` */
+    ints waiting, valid_before;
+    reals v_before;              /* the sample's before that */
+    ints isosurfaces_before;
+    double cursor[LANES];        /* the steps are added up to here */
+} March;
+
+/* Per world unit. */
+typedef struct Step {
+    reals extinction[3], scatter[3], emit[3], surface[3], normal[3];
+} Step;
+
+/* (1 - exp(-x)) / x and exp(-x), x >= 0.  For x <= 1 Chebyshev's interpolant at x - 1/2: relative error 3e-9 (float), 2e-17
+ * (double) before rounding. */
+ALWAYS_INLINE reals attenuated(reals x, reals *passed)
+{
+#ifdef VOL_DOUBLE
+    static const real c[] = {-1.32214808113269311114e-9, 1.592916142497292366019e-8, -1.750686890299263334863e-7,
+                             0.000001758949638658032229683, -0.0000159224088084965834648, 0.0001283045919400132918427,
+                             -0.0009065559886183540737762, 0.005507700158424523413789, -0.02802596090065342628028,
+                             0.1151014237357689730498, -0.3608160417241994575166, 0.7869386805747331407092};
+#else
+    static const real c[] = {0.00012907631022196f, -0.00091354602735407f, 0.0055076036119712f, -0.028025086245559f,
+                             0.1151014267537f, -0.36081606906655f, 0.78693868057473f};
+#endif
+    /* By squares of y: shorter chains than Horner's. */
+    enum { TERMS = sizeof c / sizeof *c, ODD = TERMS % 2 };
+    reals y = x - (real)0.5, yy = y * y, share = ODD ? reals_all(c[0]) : reals_line(reals_all(c[1]), reals_all(c[0]), y);
+    for (int n = ODD ? 1 : 2; n < TERMS; n += 2)
+        share = reals_fma(share, yy, reals_line(reals_all(c[n + 1]), reals_all(c[n]), y));
+    *passed = reals_fma(-x, share, reals_all(1));
+    ints dense = (ints)(x > 1);
+    if (__builtin_expect(any(dense), 0)) {
+        reals rest = reals_exp(-x);
+        share = reals_select(dense, (1 - rest) / x, share);
+        *passed = reals_select(dense, rest, *passed);
+    }
+    return share;
+}
+
+/* ---- What only layers and traces ask for ---- */
+
+/* A stretch of a step of lane i, from t on, behind an optical depth of `tau`: the depth layer, where the mean transmittance
+ * falls to one half, and the trace. */
+static void note_stretch(March *m, unsigned i, const Step *step, double t, real length, const double optical_depth[3],
+                         int channels)
+{
+    const VolScene *scene = m->s.packet.scene;
+    VolRadiance *out = &m->s.packet.out[i];
+    double lo = 0, hi = (double)length, end[3];
+    if (scene->trace) {
+        VolTraceStep traced = {t, t + hi, 0, 0, (double)step->extinction[0][i] * hi, 0, "particles"};
+        scene->trace(scene->trace_user, &traced);
+    }
+    if (!(scene->layers & VOL_LAYER_Z) || isfinite(out->depth))
+        return;
+    for (int n = -1; n < 48; n++) {
+        double at = n < 0 ? hi : 0.5 * (lo + hi);
+        for (int c = 0; c < channels; c++)
+            end[c] = optical_depth[c] + (double)step->extinction[c][i] * at;
+        bool opaque = mean_transmittance(end, channels) <= 0.5;
+        if (n < 0 && !opaque)
+            return;
+        if (opaque)
+            hi = at;
+        else
+            lo = at;
+    }
+    out->depth = t + hi;
+}
+
+/* ---- Steps that depend on their own sample alone ---- */
+
+ALWAYS_INLINE void particles_of(const Properties *in, reals x, unsigned features, Step *step)
+{
+    const reals zero = reals_all(0);
+    reals scatter = reals_max(property_at(in->scatter, x), zero);
+    for (int c = 0; c < channels_of(features); c++)
+        step->extinction[c] = reals_max(property_at(in->extinction[c], x), zero);
+    for (int c = 0; c < 3; c++) {
+        step->scatter[c] = scatter * property_at(in->scatter_color[c], x);
+        step->emit[c] = features & FEATURE_EMIT ? property_at(in->emit[c], x) : zero;
+    }
+}
+
+/* As intervals_visible, without a look into memory for each lane where there are few. */
+ALWAYS_INLINE ints seen_intervals(const March *m, const TfTables *o, ints j)
+{
+    if (o->knot_count <= FEW_KNOTS)
+        return m->intervals_seen << (8 * sizeof(lane_int) - 1 - j) < 0;
+    return intervals_visible(o, j);
+}
+
+static ints bits_of_seen(const TfTables *o)
+{
+    lane_int bits = 0;
+    for (size_t j = 0; j <= o->knot_count && j <= FEW_KNOTS; j++)
+        bits |= (lane_int)interval_visible(o, j) << j;
+    return ints_all(bits);
+}
+
+ALWAYS_INLINE void add_particles(March *m, unsigned features)
+{
+    const TfTables *o = m->s.packet.tables;
+    SamplePlaces at;
+    ints valid;
+    reals v = samples_value(&m->s, &at, &valid);
+    ints interval = intervals_of(o, v), seen = valid & m->s.visible & seen_intervals(m, o, interval);
+    if (!any(seen))
+        return;
+    Properties in;
+    Step step;
+    load_properties(o, interval, seen, features, &in);
+    particles_of(&in, v - in.ref, features, &step);
+    m->sums.cells -= seen;
+    if (__builtin_expect(m->s.equals, 0))
+        m->sums.cells += samples_beside(&m->s, seen);
+    reals length = reals_where(seen, m->length), light[3];
+    if (features & FEATURE_EXTRA)
+        FOR_LANES(i, mask_bits(seen)) {
+            double optical_depth[3] = {0};
+            for (int c = 0; c < channels_of(features); c++)
+                optical_depth[c] = doubles_lane(&m->sums.optical_depth[c], (int)i) + (double)m->run_optical_depth[c][i];
+            note_stretch(m, i, &step, step_begin(&m->s, i, m->s.first[i] + (double)m->s.j[i]), length[i], optical_depth,
+                         channels_of(features));
+        }
+    for (int c = 0; c < channels_of(features); c++) {
+        reals depth = step.extinction[c] * length, passed;
+        light[c] = m->transmittance[c] * attenuated(depth, &passed) * length;
+        m->transmittance[c] *= passed;
+        m->run_optical_depth[c] += depth;
+    }
+    for (int c = 0; c < 3; c++) {
+        reals transmittance = light[features & FEATURE_COLOURED ? c : 0];
+        reals all = features & FEATURE_EMIT ? step.scatter[c] + step.emit[c] : step.scatter[c];
+        m->run_color[c] = reals_fma(transmittance, reals_where(seen, all), m->run_color[c]);
+        if (features & FEATURE_EXTRA) {
+            doubles_add(&m->sums.scatter[c], reals_where(seen, transmittance * step.scatter[c]));
+            doubles_add(&m->sums.emit[c], reals_where(seen, transmittance * step.emit[c]));
+        }
+    }
+}
+
+/* Lanes through which nothing can be seen any more have ended. */
+static void terminate_rays(March *m, ints mask, unsigned features)
+{
+    RayPacket *l = &m->s.packet;
+    reals least = reals_all(INFINITY);
+    for (int c = 0; c < channels_of(features); c++)
+        least = reals_min(doubles_round(&m->sums.optical_depth[c]), least);
+    ints dark = mask & (ints)(least > l->termination_depth);
+    if (!any(dark))
+        return;
+    l->scratch->skipped.rays_ended += (unsigned)__builtin_popcount(mask_bits(dark));
+    l->alive &= ~dark;
+    m->s.visiting &= ~dark;
+    m->waiting &= ~dark;
+}
+
+ALWAYS_INLINE void sum_runs(March *m, ints ended, unsigned features)
+{
+    for (int c = 0; c < 3; c++) {
+        doubles_add(&m->sums.color[c], reals_where(ended, m->run_color[c]));
+        m->run_color[c] = reals_where(~ended, m->run_color[c]);
+    }
+    for (int c = 0; c < channels_of(features); c++) {
+        doubles_add(&m->sums.optical_depth[c], reals_where(ended, m->run_optical_depth[c]));
+        m->run_optical_depth[c] = reals_where(~ended, m->run_optical_depth[c]);
+        m->transmittance[c] = reals_select(ended, reals_exp(-doubles_round(&m->sums.optical_depth[c])), m->transmittance[c]);
+    }
+    terminate_rays(m, ended, features);
+}
+
+#endif

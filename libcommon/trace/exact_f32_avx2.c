@@ -1,0 +1,7 @@
+/* The exact estimator in float, with AVX2 and fused multiply-add. */
+#include "trace/exact_tmpl.h"
+
+void vol_exact_f32_avx2(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+{
+    trace_exact(scene, scratch, rays, count, out);
+}

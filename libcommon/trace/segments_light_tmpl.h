@@ -1,0 +1,364 @@
+/* What LANES segments send, shaded and composited, for the pre-integrated estimators (segments_tmpl.h has the derivation).
+ * Include reals.h first. */
+#ifndef VOL_TRACE_SEGMENTS_LIGHT_TMPL_H
+#define VOL_TRACE_SEGMENTS_LIGHT_TMPL_H
+
+#include "trace/lookup_tmpl.h"
+#include "trace/samples_tmpl.h"
+
+/* One end of each lane's segment, and its shading once that was asked for. */
+typedef struct SegmentEnd {
+    LookupEnd field;
+    ints valid;           /* there is one, and not in a hole */
+    Doubles number;       /* of the sample, */
+    double cut[LANES];    /* or where on the ray an isosurface cuts; else NAN */
+    ints here;            /* the sample lies in the brick that the lane is in: */
+    SamplePlaces place;
+    ints shaded;
+    Shading shading;
+} SegmentEnd;
+
+typedef struct Segments {
+    Samples samples;
+    SegmentEnd ends[2], *front, *back;
+    bool lit_from_places;       /* some light stands somewhere */
+    Doubles length;             /* of the segments of this run, world units */
+    ints own;                   /* these are of the scene's step */
+    ints tails;                 /* segments that are to be closed by a sample in another brick: `back` */
+    ints heads;                 /* lanes in whose run the first segment begins in another brick: */
+    reals head_v;
+    ints head_valid;
+    Sums sums;
+    reals optical_depth_so_far[3];      /* tau, rounded */
+} Segments;
+
+/* What layers and classic shading ask about a segment's light. */
+typedef struct SegmentLight {
+    reals scatter[3], emit[3], surface[3], normal[3];
+} SegmentLight;
+
+static inline double end_time(const Segments *k, const SegmentEnd *end, unsigned i)
+{
+    return isnan(end->cut[i]) ? sample_time(&k->samples, i, doubles_lane(&end->number, (int)i)) : end->cut[i];
+}
+
+/* ---- Shading ---- */
+
+static void shade_lanes_at(Segments *k, const SegmentEnd *end, ints mask, Shading *out)
+{
+    Samples *s = &k->samples;
+    reals gradient[3], t = reals_all(0);
+    ints here = mask & end->here;
+    samples_gradients(s, &end->place, here, gradient);
+    FOR_LANES(i, mask_bits(mask & ~here)) {
+        bool cut = !isnan(end->cut[i]);
+        Place place = cut ? place_of_time(s, i, end->cut[i]) : place_of_sample(s, i, doubles_lane(&end->number, (int)i));
+        real g[3];
+        gradient_at(s, &place, g);
+        for (int a = 0; a < 3; a++)
+            gradient[a][i] = g[a];
+    }
+    if (k->lit_from_places)
+        FOR_LANES(i, mask_bits(mask))
+            t[i] = (real)end_time(k, end, i);
+    shade_lanes(&s->packet, gradient, t, out);
+}
+
+static void shading_replace(Shading *old, ints mask, const Shading *by)
+{
+    for (int c = 0; c < 3; c++) {
+        old->k[c] = reals_select(mask, by->k[c], old->k[c]);
+        old->b[c] = reals_select(mask, by->b[c], old->b[c]);
+        old->normal[c] = reals_select(mask, by->normal[c], old->normal[c]);
+    }
+    old->gradient = reals_select(mask, by->gradient, old->gradient);
+}
+
+/* The shading at these ends, computed where it was not yet. */
+static const Shading *shading_at(Segments *k, SegmentEnd *end, ints mask)
+{
+    ints wanted = mask & ~end->shaded;
+    if (any(wanted)) {
+        Shading fresh;
+        shade_lanes_at(k, end, wanted, &fresh);
+        shading_replace(&end->shading, wanted, &fresh);
+        end->shaded |= wanted;
+    }
+    return &end->shading;
+}
+
+/* ---- What a segment sends ---- */
+
+/* How the particles' source at v divides, added with a weight. */
+ALWAYS_INLINE void add_sources(const TfTables *o, reals v, ints interval, real weight, reals scatter[3], reals emit[3])
+{
+    reals in[4] = {{0}}, s[8] = {{0}}, e[8] = {{0}};
+    load_interval(o, interval, AT_PARTICLES, in);
+    load_interval(o, interval, AT_SCATTER, s);
+    load_interval(o, interval, AT_SCATTER + 4, s + 4);
+    load_interval(o, interval, AT_EMIT, e);
+    load_interval(o, interval, AT_EMIT + 4, e + 4);
+    reals x = v - in[0], mu = weight * reals_max(reals_line(s[0], s[1], x), reals_all(0));
+    for (int c = 0; c < 3; c++) {
+        scatter[c] = reals_fma(mu, reals_line(s[2 + 2 * c], s[3 + 2 * c], x), scatter[c]);
+        emit[c] += weight * reals_line(e[2 * c], e[2 * c + 1], x);
+    }
+}
+
+/* Fraction of the particles' light that is scattered, per channel. */
+static void scattered_fractions(const TfTables *o, const LookupEnd *a, const LookupEnd *b, unsigned features, reals out[3])
+{
+    reals scatter[3] = {0}, emit[3] = {0}, one = reals_all(1);
+    for (int c = 0; c < 3; c++)
+        out[c] = one;
+    if (!(features & FEATURE_EMIT))
+        return;
+    reals middle = (real)0.5 * (a->v + b->v);
+    add_sources(o, a->v, a->interval, 1, scatter, emit);
+    add_sources(o, middle, intervals_of(o, middle), 4, scatter, emit);
+    add_sources(o, b->v, b->interval, 1, scatter, emit);
+    for (int c = 0; c < 3; c++) {
+        ints some = (ints)(emit[c] != 0);
+        out[c] = reals_select(some, scatter[c] / reals_select(some, scatter[c] + emit[c], one), one);
+    }
+}
+
+/* K 11 at both ends, averaged: the factor of what a segment scatters. */
+static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
+                            reals factor[3], SegmentLight *light)
+{
+    const TfTables *o = k->samples.packet.tables;
+    SegmentEnd *ends[2] = {a, b};
+    for (int c = 0; c < 3; c++)
+        factor[c] = reals_all(0);
+    for (int n = 0; n < 2; n++) {
+        const Shading *sh = shading_at(k, ends[n], mask);
+        reals in[4] = {{0}}, line[4] = {{0}}, one_end[3];
+        load_interval(o, ends[n]->field.interval, AT_PARTICLES, in);
+        load_interval(o, ends[n]->field.interval, AT_EMIT + 4, line);
+        reals S = surfaceness_of(o, reals_line(line[2], line[3], ends[n]->field.v - in[0]), sh);
+        classic_factors(S, sh, one_end);
+        for (int c = 0; c < 3; c++) {
+            factor[c] += (real)0.5 * one_end[c];
+            reals normal = (real)0.5 * parts->particles_a * sh->normal[c];
+            light->normal[c] += reals_select(mask, normal, reals_all(0));
+        }
+    }
+}
+
+ALWAYS_INLINE void particles_light(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
+                                   unsigned features, SegmentLight *light)
+{
+    const TfTables *o = k->samples.packet.tables;
+    if (!(features & (FEATURE_CLASSIC | FEATURE_EXTRA))) {
+        for (int c = 0; c < 3; c++)
+            light->scatter[c] = parts->particles_c[c];
+        return;
+    }
+    reals fraction[3], factor[3] = {reals_all(1), reals_all(1), reals_all(1)};
+    scattered_fractions(o, &a->field, &b->field, features, fraction);
+    if (features & FEATURE_CLASSIC) {
+        ints some = {0};
+        for (int c = 0; c < 3; c++)
+            some |= mask & (ints)(parts->particles_c[c] != 0);
+        if (any(some))
+            classic_average(k, a, b, parts, some, factor, light);
+    }
+    for (int c = 0; c < 3; c++) {
+        light->scatter[c] = fraction[c] * factor[c] * parts->particles_c[c];
+        light->emit[c] = (1 - fraction[c]) * parts->particles_c[c];
+    }
+}
+
+ALWAYS_INLINE void add_surface(const Shading *sh, const reals color[3], const reals opacity[3], unsigned features,
+                               SegmentLight *light)
+{
+    for (int c = 0; c < 3; c++) {
+        if (features & FEATURE_SHADED && !(features & FEATURE_CLASSIC))
+            light->surface[c] += reals_fma(sh->k[c], color[c], sh->b[c] * opacity[features & FEATURE_COLOURED ? c : 0]);
+        else
+            light->surface[c] += color[c];
+    }
+    for (int i = 0; i < 3 && features & FEATURE_SHADED && features & FEATURE_EXTRA; i++)
+        light->normal[i] = reals_fma(opacity[0], sh->normal[i], light->normal[i]);
+}
+
+/* Y 20: shading at the value that stands for all surfaces. */
+static void mix_shading(const Shading *front, const Shading *back, reals w, Shading *out)
+{
+    for (int i = 0; i < 3; i++) {
+        out->k[i] = reals_mix(front->k[i], back->k[i], w);
+        out->b[i] = reals_mix(front->b[i], back->b[i], w);
+        out->normal[i] = reals_mix(front->normal[i], back->normal[i], w);
+    }
+}
+
+ALWAYS_INLINE void surfaces_light(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask, bool full,
+                                  unsigned features, SegmentLight *light)
+{
+    const Shading *front = NULL, *back = NULL;
+    Shading between;
+    ints some = mask & (full ? (ints)(parts->front_a[0] > 0) | (ints)(parts->back_a[0] > 0) : (ints)(parts->front_a[0] > 0));
+    if (!any(some))
+        return;
+    if (features & FEATURE_SHADED) {
+        front = shading_at(k, a, some);
+        back = shading_at(k, b, some);
+        if (!full)
+            mix_shading(front, back, parts->where, &between);
+    }
+    add_surface(full ? front : &between, parts->front_c, parts->front_a, features, light);
+    if (full)
+        add_surface(back, parts->back_c, parts->back_a, features, light);
+    for (int c = 0; c < 3; c++)
+        light->surface[c] = reals_select(some, light->surface[c], reals_all(0));
+}
+
+/* ---- Compositing ---- */
+
+static void optical_depths_of(const Segments *k, unsigned i, unsigned features, double optical_depth[3])
+{
+    for (int c = 0; c < channels_of(features); c++)
+        optical_depth[c] = doubles_lane(&k->sums.optical_depth[c], (int)i);
+}
+
+/* Lanes through which nothing can be seen any more have ended. */
+ALWAYS_INLINE void terminate_rays(Segments *k, ints mask, unsigned features)
+{
+    RayPacket *l = &k->samples.packet;
+    reals least = reals_all(INFINITY);
+    for (int c = 0; c < channels_of(features); c++) {
+        k->optical_depth_so_far[c] = doubles_round(&k->sums.optical_depth[c]);
+        least = reals_min(k->optical_depth_so_far[c], least);
+    }
+    ints dark = mask & l->alive & (ints)(least > l->termination_depth);
+    if (!any(dark))
+        return;
+    l->scratch->skipped.rays_ended += (unsigned)__builtin_popcount(mask_bits(dark));
+    l->alive &= ~dark;
+    k->samples.visiting &= ~dark;
+}
+
+/* Where the mean transmittance falls to one half within a segment, in which depths grow evenly: its share, or 2. */
+static double share_up_to_half(const double before[3], const double after[3], int channels)
+{
+    double lo = 0, hi = 1, at[3];
+    if (mean_transmittance(after, channels) > 0.5)
+        return 2;
+    for (int n = 0; n < 48; n++) {
+        double mid = 0.5 * (lo + hi);
+        for (int c = 0; c < channels; c++)
+            at[c] = fma(mid, after[c] - before[c], before[c]);
+        if (mean_transmittance(at, channels) > 0.5)
+            lo = mid;
+        else
+            hi = mid;
+    }
+    return hi;
+}
+
+/* What only layers and traces ask for. */
+static void note_segment(Segments *k, const SegmentEnd *a, const SegmentEnd *b, const SegmentParts *parts, unsigned i,
+                         unsigned features)
+{
+    const VolScene *scene = k->samples.packet.scene;
+    VolRadiance *out = &k->samples.packet.out[i];
+    double before[3], after[3], t0 = end_time(k, a, i), t1 = end_time(k, b, i);
+    optical_depths_of(k, i, features, before);
+    for (int c = 0; c < channels_of(features); c++)
+        after[c] = before[c] + (double)parts->depth[c][i];
+    if (scene->layers & VOL_LAYER_Z && isinf(out->depth)) {
+        double share = share_up_to_half(before, after, channels_of(features));
+        if (share <= 1)
+            out->depth = t0 + (t1 - t0) * share;
+    }
+    if (scene->trace) {
+        VolTraceStep step = {t0, t1, (double)a->field.v[i], (double)b->field.v[i], (double)parts->depth[0][i], 0, "segment"};
+        scene->trace(scene->trace_user, &step);
+    }
+}
+
+/* Light as it comes through what is in front. */
+ALWAYS_INLINE void composite(Segments *k, const SegmentLight *light, ints mask, unsigned features)
+{
+    reals transmittance[3], zero = reals_all(0);
+    for (int c = 0; c < channels_of(features); c++)
+        transmittance[c] = reals_select(mask, reals_exp(-k->optical_depth_so_far[c]), zero);
+    for (int c = 0; c < 3; c++) {
+        reals T = transmittance[features & FEATURE_COLOURED ? c : 0], all = light->scatter[c];
+        if (features & (FEATURE_CLASSIC | FEATURE_EXTRA))
+            all += light->emit[c];
+        if (features & FEATURE_SURFACE)
+            all += light->surface[c];
+        all *= T; /* 0 where not `mask` */
+        doubles_add(&k->sums.color[c], features & (FEATURE_CLASSIC | FEATURE_EXTRA) ? reals_select(mask, all, zero) : all);
+        if (features & FEATURE_EXTRA) {
+            doubles_add(&k->sums.scatter[c], reals_select(mask, T * light->scatter[c], zero));
+            doubles_add(&k->sums.emit[c], reals_select(mask, T * light->emit[c], zero));
+            doubles_add(&k->sums.surface[c], reals_select(mask, T * light->surface[c], zero));
+            doubles_add(&k->sums.normal[c], reals_select(mask, transmittance[0] * light->normal[c], zero));
+        }
+    }
+}
+
+/* So much more than one of them do m equal segments send, one behind the other: sum of exp(-n depth), n < m. */
+static double sent_by_equals(double depth, double m)
+{
+    double one = vol_expm1(-depth);
+    return one < 0 ? vol_expm1(-m * depth) / one : m;
+}
+
+/* The segments that stand for many equal ones. */
+static void add_equals(Segments *k, SegmentParts *parts, SegmentLight *light, ints mask, unsigned features)
+{
+    ints beside = samples_beside(&k->samples, mask);
+    k->sums.cells += beside;
+    FOR_LANES(i, mask_bits((ints)(beside > 0))) {
+        double m = doubles_lane(&k->samples.stands_for, (int)i);
+        real sent[3];
+        for (int c = 0; c < channels_of(features); c++) {
+            sent[c] = (real)sent_by_equals((double)parts->depth[c][i], m);
+            parts->depth[c][i] = (real)((double)parts->depth[c][i] * m);
+        }
+        for (int c = 0; c < 3; c++) {
+            real more = sent[features & FEATURE_COLOURED ? c : 0];
+            light->scatter[c][i] *= more;
+            light->emit[c][i] *= more;
+            light->surface[c][i] *= more;
+            light->normal[c][i] *= sent[0];
+        }
+    }
+}
+
+/* The segments from a to b of the lanes of `mask`, without isosurfaces, behind what is there. */
+ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const Doubles *length, ints own, ints mask,
+                                bool full, unsigned features)
+{
+    const VolScene *scene = k->samples.packet.scene;
+    SegmentParts parts;
+    SegmentLight light;
+    mask &= something_between(k->samples.packet.tables, &a->field, &b->field, features);
+    if (!any(mask))
+        return;
+    k->sums.cells -= mask;
+    if (full)
+        look_up_full(scene, &a->field, &b->field, length, own, mask, features, &parts);
+    else
+        look_up_integrals(scene, &a->field, &b->field, doubles_round(length), mask, features, &parts);
+    for (int c = 0; c < 3; c++)
+        light.emit[c] = light.surface[c] = light.normal[c] = reals_all(0);
+    particles_light(k, a, b, &parts, mask, features, &light);
+    if (features & FEATURE_SURFACE)
+        surfaces_light(k, a, b, &parts, mask, full, features, &light);
+    if (__builtin_expect(k->samples.equals, 0))
+        add_equals(k, &parts, &light, mask, features);
+    composite(k, &light, mask, features);
+    if (features & FEATURE_EXTRA)
+        FOR_LANES(i, mask_bits(mask))
+            note_segment(k, a, b, &parts, i, features);
+    for (int c = 0; c < channels_of(features); c++)
+        doubles_add(&k->sums.optical_depth[c], reals_select(mask, parts.depth[c], reals_all(0)));
+    terminate_rays(k, mask, features);
+}
+
+#endif

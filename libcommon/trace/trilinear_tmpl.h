@@ -1,0 +1,171 @@
+/* One trilinear cell under each of LANES rays.
+ *
+ * With the local entry point p and the local step d from entry to exit, the trilinear field along s in [0, 1] is exactly
+ * the cubic v(s) = a0 + a1 s + a2 s^2 + a3 s^3.  With the corner differences
+ *     kx = c100-c000, ky, kz;  kxy = c110-c100-c010+c000, kxz, kyz;  kq = c111-c110-c101-c011+c100+c010+c001-c000
+ * and y(s) = y0 + y1 s etc.,
+ *     v = A(s) + B(s) x(s),  A = c000 + ky y + kz z + kyz y z,  B = kx + kxy y + kxz z + kq y z.
+ * Corner n has x = n>>2, y = n>>1&1, z = n&1.  Include reals.h first. */
+#ifndef VOL_TRACE_TRILINEAR_TMPL_H
+#define VOL_TRACE_TRILINEAR_TMPL_H
+
+#include "simd/reals.h"
+
+typedef struct Cubic {
+    reals a0, a1, a2, a3;
+} Cubic;
+
+ALWAYS_INLINE reals cubic_at(const Cubic *c, reals s)
+{
+    return reals_fma(reals_fma(reals_fma(c->a3, s, c->a2), s, c->a1), s, c->a0);
+}
+
+ALWAYS_INLINE reals cubic_slope(const Cubic *c, reals s)
+{
+    return reals_fma(reals_fma(3 * c->a3, s, 2 * c->a2), s, c->a1);
+}
+
+/* a where `mask`, else what was there. */
+ALWAYS_INLINE void cubic_replace(Cubic *old, ints mask, const Cubic *a)
+{
+    old->a0 = reals_select(mask, a->a0, old->a0);
+    old->a1 = reals_select(mask, a->a1, old->a1);
+    old->a2 = reals_select(mask, a->a2, old->a2);
+    old->a3 = reals_select(mask, a->a3, old->a3);
+}
+
+ALWAYS_INLINE Cubic expand_cell(const reals c[8], const reals p[3], const reals d[3])
+{
+    reals kx = c[4] - c[0], ky = c[2] - c[0], kz = c[1] - c[0];
+    reals kxy = (c[6] - c[4]) - ky, kxz = (c[5] - c[4]) - kz, kyz = (c[3] - c[2]) - kz;
+    reals kq = ((c[7] - c[6]) - (c[5] - c[4])) - kyz;
+    reals x0 = p[0], y0 = p[1], z0 = p[2], x1 = d[0], y1 = d[1], z1 = d[2];
+    reals yz0 = y0 * z0, yz1 = reals_fma(y0, z1, y1 * z0), yz2 = y1 * z1;
+    reals A0 = reals_fma(kyz, yz0, reals_fma(kz, z0, reals_fma(ky, y0, c[0])));
+    reals A1 = reals_fma(kyz, yz1, reals_fma(kz, z1, ky * y1));
+    reals A2 = kyz * yz2;
+    reals B0 = reals_fma(kq, yz0, reals_fma(kxz, z0, reals_fma(kxy, y0, kx)));
+    reals B1 = reals_fma(kq, yz1, reals_fma(kxz, z1, kxy * y1));
+    reals B2 = kq * yz2;
+    Cubic v;
+    v.a0 = reals_fma(B0, x0, A0);
+    v.a1 = reals_fma(B0, x1, reals_fma(B1, x0, A1));
+    v.a2 = reals_fma(B1, x1, reals_fma(B2, x0, A2));
+    v.a3 = B2 * x1;
+    return v;
+}
+
+/* As reals_mix, but exactly b at t = 1, and not exactly a where b = a. */
+ALWAYS_INLINE reals reals_blend(reals a, reals b, reals t) { return reals_fma(t, b, reals_fma(-t, a, a)); }
+
+/* The field at one point of the cell. */
+ALWAYS_INLINE reals interpolate_cell(const reals c[8], const reals p[3])
+{
+    reals z00 = reals_mix(c[0], c[1], p[2]), z01 = reals_mix(c[2], c[3], p[2]);
+    reals z10 = reals_mix(c[4], c[5], p[2]), z11 = reals_mix(c[6], c[7], p[2]);
+    return reals_mix(reals_mix(z00, z01, p[1]), reals_mix(z10, z11, p[1]), p[0]);
+}
+
+static inline ints all_finite(const reals c[8])
+{
+    reals sum = reals_all(0);
+    for (int n = 0; n < 8; n++)
+        sum += c[n] * 0;
+    return (ints)(sum == 0);
+}
+
+/* The Bernstein coefficients enclose the cubic on [0, 1]. */
+ALWAYS_INLINE void cubic_range(const Cubic *v, reals *lo, reals *hi)
+{
+    const reals third = reals_all((real)(1.0 / 3.0));
+    reals b1 = reals_fma(v->a1, third, v->a0);
+    reals b2 = reals_fma(reals_fma(reals_all(2), v->a1, v->a2), third, v->a0);
+    reals b3 = ((v->a0 + v->a1) + v->a2) + v->a3;
+    *lo = reals_min(reals_min(v->a0, b1), reals_min(b2, b3));
+    *hi = reals_max(reals_max(v->a0, b1), reals_max(b2, b3));
+}
+
+/* What a trilinear field cannot leave. */
+ALWAYS_INLINE void range_of_corners(const reals c[8], reals *least, reals *most)
+{
+    reals lo[4], hi[4];
+    for (int n = 0; n < 4; n++) {
+        lo[n] = reals_min(c[2 * n], c[2 * n + 1]);
+        hi[n] = reals_max(c[2 * n], c[2 * n + 1]);
+    }
+    *least = reals_min(reals_min(lo[0], lo[1]), reals_min(lo[2], lo[3]));
+    *most = reals_max(reals_max(hi[0], hi[1]), reals_max(hi[2], hi[3]));
+}
+
+/* The field at a point p of a cell, of nothing but the corners that carry weight there: on a face, however large the others
+ * are, exactly within that face. */
+static inline reals judge_at(const reals c[8], const reals p[3])
+{
+    reals z[4], y[2];
+    for (int n = 0; n < 4; n++)
+        z[n] = reals_blend(c[2 * n], c[2 * n + 1], p[2]);
+    for (int n = 0; n < 2; n++)
+        y[n] = reals_blend(z[2 * n], z[2 * n + 1], p[1]);
+    reals v = reals_blend(y[0], y[1], p[0]);
+    reals lo = reals_all(INFINITY), hi = -lo;
+    ints low[3], high[3];
+    for (int a = 0; a < 3; a++) {
+        low[a] = ~(ints)(p[a] == 1);
+        high[a] = ~(ints)(p[a] == 0);
+    }
+    for (int n = 0; n < 8; n++) {
+        ints in = (n >> 2 ? high[0] : low[0]) & (n >> 1 & 1 ? high[1] : low[1]) & (n & 1 ? high[2] : low[2]);
+        lo = reals_select(in, reals_min(lo, c[n]), lo);
+        hi = reals_select(in, reals_max(hi, c[n]), hi);
+    }
+    return reals_min(reals_max(v, lo), hi);
+}
+
+/* Where v'(s) = 0 inside (0, 1), ascending; 1 where there is none.  The quadratic is solved without cancellation. */
+static inline void turning_points(const Cubic *v, reals *first, reals *second)
+{
+    const reals one = reals_all(1);
+    reals a = 3 * v->a3, b = 2 * v->a2, c = v->a1;
+    reals disc = reals_fma(b, b, -4 * a * c);
+    ints real_roots = (ints)(disc > 0);
+    reals root = reals_sqrt(reals_select(real_roots, disc, one));
+    reals q = (real)-0.5 * (b + reals_select((ints)(b < 0), -root, root));
+    reals r0 = q / a, r1 = c / q; /* infinite or NaN where the degree is lower: refused here */
+    r0 = reals_select(real_roots & (ints)(r0 > 0) & (ints)(r0 < 1), r0, one);
+    r1 = reals_select(real_roots & (ints)(r1 > 0) & (ints)(r1 < 1), r1, one);
+    *first = reals_min(r0, r1);
+    *second = reals_max(r0, r1);
+}
+
+/* s in [lo, hi], where v is monotone, with v(s) = target: Newton kept inside a shrinking bracket.  Near a double root
+ * Newton alone converges slowly, so the cap is high and bisection takes over. */
+static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi, ints mask)
+{
+    Cubic f = *v;
+    f.a0 -= target;
+    reals f_lo = cubic_at(&f, lo), f_hi = cubic_at(&f, hi);
+    ints outside = (ints)(f_lo == 0) | ~((ints)(f_lo > 0) ^ (ints)(f_hi > 0));
+    reals nearest = reals_select((ints)(reals_abs(f_lo) <= reals_abs(f_hi)), lo, hi);
+    ints rising = (ints)(f_hi > f_lo), open = mask & ~outside;
+    reals bend = reals_fma(reals_all(3), reals_abs(v->a3), reals_abs(v->a2)); /* |f''| / 2 at the most */
+    reals s = lo - f_lo * (hi - lo) / (f_hi - f_lo);
+    s = reals_min(reals_max(s, lo), hi);
+    for (int i = 0; i < 60 && any(open); i++) {
+        reals value = cubic_at(&f, s);
+        open &= ~(ints)(value == 0);
+        ints before = ~((ints)(value < 0) ^ rising);
+        lo = reals_select(before, s, lo);
+        hi = reals_select(before, hi, s);
+        reals slope = cubic_slope(&f, s), next = s - value / slope;
+        ints newton = (ints)(next > lo) & (ints)(next < hi);
+        next = reals_select(newton, next, (real)0.5 * (lo + hi));
+        open &= (ints)(next > lo) & (ints)(next < hi);
+        reals move = reals_abs(next - s), least = REAL_EPSILON * (real)0.25 * reals_abs(s);
+        s = reals_select(open, next, s);
+        /* Newton's next move would be about move^2 |f'' / 2 f'|. */
+        open &= ~(newton & (ints)(move * move * bend <= least * reals_abs(slope))) & (ints)(move > least);
+    }
+    return reals_select(outside, nearest, s);
+}
+
+#endif
