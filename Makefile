@@ -137,6 +137,9 @@ $(OUT)/tests/shims/%.so: tests/shims/%.c Makefile
 	@mkdir -p $(@D)
 	$(Q)$(CC) $(CFLAGS_ALL) -fno-sanitize=all -fvisibility=default -MF $(@:.so=.d) -shared -o $@ $< -ldl
 
+# Three estimators in one file: as quickly compiled as can be.
+$(OUT)/obj/tests/unit/test_traversal.o: CFLAGS += -O1
+
 # What it counts are the limits of the machine, not of the optimiser.
 $(OUT)/obj/tests/bench/roofline.o: CFLAGS += -O3
 

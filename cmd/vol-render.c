@@ -12,15 +12,13 @@
 #include "cmd/shell/stamp.h"
 #include "io/exr.h"
 #include "io/vdb.h"
-#include "load/appearance.h"
+#include "load/assembly.h"
 #include "load/volume.h"
 #include "render/backdrop.h"
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/frame.h"
-#include "trace/lights.h"
 #include "render/probe.h"
-#include "trace/scene.h"
 #include "tf/foreign.h"
 
 typedef struct Options {
@@ -81,13 +79,10 @@ enum { ROWS = sizeof table / sizeof *table, TABLE_NODES = 512 };
 /* Everything the picture is made from. */
 typedef struct Job {
     const Run *run;
-    VolAppearance appearance;
-    VolGrid *grid;
-    VolLight *lights;
-    VolClip *clips;
+    VolAssembly assembly;
+    VolPrepared prepared; /* of the assembly's scene */
     VolCamera camera;
     float *picture; /* the background, if it is one */
-    VolScene scene;
     VolFrame frame;
     uint64_t digests[5][2]; /* of the transfer function and its name in the file, the volume, the camera, the background */
     size_t digest_count;
@@ -133,7 +128,7 @@ static VolStatus read_appearance(Job *job, VolError *err)
             add_text_digest(job, part);
         status = run_refuse_volume(&bytes, vol_input_name(file), err);
         if (!status)
-            status = vol_appearance_read(&bytes, vol_input_name(file), part, &job->run->log, &job->appearance, err);
+            status = vol_appearance_read(&bytes, vol_input_name(file), part, &job->run->log, &job->assembly.appearance, err);
         vol_bytes_free(&bytes);
     }
     free(file);
@@ -142,12 +137,12 @@ static VolStatus read_appearance(Job *job, VolError *err)
 
 static double world_length(const Job *job, VolLen length)
 {
-    return length.value * (length.voxels ? job->grid->voxel : 1);
+    return length.value * (length.voxels ? job->assembly.grid->voxel : 1);
 }
 
 static VolStatus refuse_step(const Job *job, VolError *err)
 {
-    double of_unit = vol_appearance_steps(job->grid, world_length(job, (VolLen){1, options.step.voxels}));
+    double of_unit = vol_appearance_steps(job->assembly.grid, world_length(job, (VolLen){1, options.step.voxels}));
     const char *unit = options.step.voxels ? "v" : "w";
     return vol_fail(err, VOL_USAGE,
                     "--step %g%s: a ray through the whole volume would take %.3g steps, more than %g: give %.2g%s or more",
@@ -158,7 +153,7 @@ static VolStatus refuse_step(const Job *job, VolError *err)
 /* Fits it to the volume. */
 static VolStatus fit_appearance(Job *job, VolError *err)
 {
-    VolScene *scene = &job->scene;
+    VolScene *scene = &job->assembly.scene;
     if (run_given(job->run, "particle-step") && !(options.particle_step.value > 0))
         return vol_fail(err, VOL_USAGE, "--particle-step wants a length above 0");
     if (run_given(job->run, "scalar-step") && !(options.scalar_step > 0))
@@ -167,19 +162,17 @@ static VolStatus fit_appearance(Job *job, VolError *err)
     scene->step = world_length(job, options.step);
     if (!(scene->step > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
-    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_appearance_steps(job->grid, scene->step) > VOL_MOST_STEPS)
+    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_appearance_steps(job->assembly.grid, scene->step) > VOL_MOST_STEPS)
         return refuse_step(job, err);
-    VolLookSettings settings = {.particle_step = world_length(job, options.particle_step),
     VolAppearanceSettings settings = {.particle_step = world_length(job, options.particle_step),
-                                .scalar_step = options.scalar_step,
-                                .full = scene->estimator == VOL_ESTIMATE_FULL,
-                                .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS, .step = scene->step,
-                                .nodes = TABLE_NODES, .threads = job->run->threads, .cpu = job->run->cpu};
-    VolStatus status = vol_appearance_fit(&job->appearance, job->grid, &settings, &job->run->log, err);
-    scene->unit = job->appearance.unit;
-    scene->tf = vol_appearance_compiled(&job->appearance);
-    scene->preint = vol_appearance_preint(&job->appearance);
-    scene->integrals = &job->appearance.integrals;
+                                      .scalar_step = options.scalar_step,
+                                      .full = scene->estimator == VOL_ESTIMATE_FULL,
+                                      .integrals = scene->estimator == VOL_ESTIMATE_INTEGRALS,
+                                      .step = scene->step,
+                                      .nodes = TABLE_NODES,
+                                      .threads = job->run->threads,
+                                      .cpu = job->run->cpu};
+    VolStatus status = vol_assemble_appearance(&job->assembly, &settings, &job->run->log, err);
     vol_stats_stage(job->run->stats, "tables");
     return status;
 }
@@ -212,7 +205,8 @@ static VolStatus load_volume(Job *job, VolError *err)
     if (!status)
         status = keep_history(job, vdb, err);
     if (!status) {
-        status = vol_load_volume(vdb, options.grid, options.precise, job->run->threads, &job->run->log, &job->grid, err);
+        status = vol_load_volume(vdb, options.grid, options.precise, job->run->threads, &job->run->log,
+                                 &job->assembly.grid, err);
         if (status && !strstr(err->text, vol_input_name(path)))
             vol_fail_within(err, status, "cannot read '%s'", vol_input_name(path));
     }
@@ -223,41 +217,12 @@ static VolStatus load_volume(Job *job, VolError *err)
 
 static VolStatus set_lights(Job *job, VolError *err)
 {
-    size_t count = options.light.count;
-    job->lights = vol_alloc(count ? count : 1, sizeof *job->lights);
-    if (!job->lights)
-        return vol_fail_memory(err, count * sizeof *job->lights);
-    for (size_t i = 0; i < count; i++) {
-        VolStatus status = vol_light_parse(options.light.words[i], &job->lights[i], err);
-        if (status)
-            return status;
-    }
-    if (!count)
-        job->lights[0] = vol_light_head();
-    job->scene.lights = job->lights;
-    job->scene.light_count = count ? count : 1;
-    if (count && (job->scene.tf->has_scatter || job->scene.tf->has_emit) && job->scene.tf->model == VOL_MODEL_HYBRID)
+    const VolTextList *lights = &options.light;
+    VolStatus status = vol_assemble_lights(&job->assembly, lights->words, lights->count, err);
+    const VolTfCompiled *tf = job->assembly.scene.tf;
+    if (!status && lights->count && (tf->has_scatter || tf->has_emit) && tf->model == VOL_MODEL_HYBRID)
         vol_warn(&job->run->log, "--light shades surfaces only: without light grids particles stay unlit");
-    return VOL_OK;
-}
-
-static VolStatus set_clips(Job *job, VolError *err)
-{
-    size_t count = options.clip.count;
-    job->clips = vol_alloc(count, sizeof *job->clips);
-    if (!job->clips)
-        return vol_fail_memory(err, count * sizeof *job->clips);
-    for (size_t i = 0; i < count; i++) {
-        double v[4];
-        if (vol_parse_reals(options.clip.words[i], v, 4, 4) != 4)
-            return vol_fail(err, VOL_USAGE, "--clip '%s': want NX,NY,NZ,D", options.clip.words[i]);
-        if (v[0] == 0 && v[1] == 0 && v[2] == 0)
-            return vol_fail(err, VOL_USAGE, "--clip '%s': its normal has no length", options.clip.words[i]);
-        job->clips[i] = (VolClip){{v[0], v[1], v[2]}, v[3]};
-    }
-    job->scene.clips = job->clips;
-    job->scene.clip_count = count;
-    return VOL_OK;
+    return status;
 }
 
 /* The camera of another picture: the matrices of the first part that has them. */
@@ -305,9 +270,9 @@ static VolStatus set_camera(Job *job, VolError *err)
             .has_look_at = run_given(run, "look-at"), .has_up = run_given(run, "up"), .eye = options.eye,
             .look_at = options.look_at, .up = options.up, .orthographic = run_given(run, "ortho"),
             .fov_degrees = options.fov, .ortho_height = options.ortho};
-        status = vol_camera_set(&settings, job->grid, &job->camera, err);
+        status = vol_camera_set(&settings, job->assembly.grid, &job->camera, err);
     }
-    job->told_why = !status && vol_camera_behind(&job->camera, job->grid);
+    job->told_why = !status && vol_camera_behind(&job->camera, job->assembly.grid);
     if (job->told_why)
         vol_warn(&run->log, "the volume lies behind the camera");
     return status;
@@ -320,7 +285,7 @@ static VolStatus set_backdrop(Job *job, VolError *err)
     VolStatus status = vol_backdrop_parse(options.background, access(options.background, F_OK) == 0, color, &is_file, err);
     if (status || !is_file) {
         add_text_digest(job, options.background);
-        job->scene.background_max = fmax(fabs(color[0]), fmax(fabs(color[1]), fabs(color[2])));
+        job->assembly.scene.background_max = fmax(fabs(color[0]), fmax(fabs(color[1]), fabs(color[2])));
         return status;
     }
     VolBytes bytes;
@@ -334,47 +299,10 @@ static VolStatus set_backdrop(Job *job, VolError *err)
     vol_bytes_free(&bytes);
     if (!status)
         status = vol_backdrop_fit(&pixels, name, options.size.width, options.size.height, &job->run->log, &job->picture,
-                                  &job->scene.background_max, err);
+                                  &job->assembly.scene.background_max, err);
     vol_pixels_free(&pixels);
     job->frame.backdrop.picture = job->picture;
     return status;
-}
-
-/* Values of another magnitude than the nodes': a transfer function for numbers from 0 to 1 on those of a scanner. */
-static bool far_apart(double lo, double hi, double from, double to)
-{
-    enum { FAR = 100 };
-    return from < to && fmax(fabs(lo), fabs(hi)) >= FAR * fmax(fabs(from), fabs(to));
-}
-
-/* Black pictures have reasons: say the one we know. */
-static void warn_of_nothing(Job *job)
-{
-    const VolTfCompiled *tf = job->scene.tf;
-    const VolLog *log = &job->run->log;
-    double lo, hi, from = INFINITY, to = -INFINITY;
-    const double unit = job->scene.unit;
-    bool varies = vol_appearance_varies(tf, &from, &to) || tf->isosurface_count > 0;
-    if (tf->isosurface_count > 0) {
-        from = fmin(from, tf->isosurfaces[0].value);
-        to = fmax(to, tf->isosurfaces[tf->isosurface_count - 1].value);
-    }
-    bool any = vol_grid_range(job->grid, &lo, &hi), shown = any && vol_tf_range_visible(tf, lo, hi);
-    lo *= unit, hi *= unit, from *= unit, to *= unit;
-    if (job->grid->empty)
-        job->told_why = true; /* when it was loaded */
-    else if (!any)
-        vol_warn(log, "no finite voxel in the grid: nothing to see");
-    else if (!shown)
-        vol_warn(log, "the transfer function shows nothing in the data's range %g to %g", lo, hi);
-    else if (varies && (from > hi || to < lo))
-        vol_warn(log, "the transfer function's nodes, %g to %g, lie beyond the data's range %g to %g", from, to, lo, hi);
-    else if (varies && !tf->isosurface_count && far_apart(lo, hi, from, to))
-        vol_warn(log, "the data's values, %g to %g, lie far outside the transfer function's nodes, %g to %g: %s", lo, hi,
-                 from, to, "is it for other data?");
-    else
-        return;
-    job->told_why = true;
 }
 
 /* Fainter than this, nothing is seen on most screens. */
@@ -383,25 +311,24 @@ static void warn_of_nothing(Job *job)
 /* Almost black ones, too, when all of the frame has been rendered. */
 static void warn_of_faintness(const Job *job, const VolFrameCounts *counts)
 {
-    const VolTfCompiled *tf = job->scene.tf;
+    const VolTfCompiled *tf = job->assembly.scene.tf;
     const VolLog *log = &job->run->log;
     const char *faint = "the picture is nearly empty: nothing is brighter or more opaque";
-    double step = job->appearance.tf.particle_step;
+    double step = job->assembly.appearance.tf.particle_step;
     if (job->told_why || counts->strongest >= FAINT)
         return;
     if (!(counts->strongest > 0))
         vol_warn(log, "the picture is empty: no ray meets anything that the transfer function shows");
     else if (tf->has_scatter || tf->has_absorb || tf->has_emit)
         vol_warn(log, "%s than %.2g; opacities hold for %g world units, %.3g voxels (--particle-step)", faint,
-                 counts->strongest, step, step / job->grid->voxel);
+                 counts->strongest, step, step / job->assembly.grid->voxel);
     else
         vol_warn(log, "%s than %.2g", faint, counts->strongest);
 }
 
 static VolStatus set_scene(Job *job, VolError *err)
 {
-    VolScene *scene = &job->scene;
-    scene->grid = job->grid;
+    VolScene *scene = &job->assembly.scene;
     scene->precise = options.precise;
     scene->skip = options.skip;
     scene->cpu = job->run->cpu;
@@ -411,16 +338,16 @@ static VolStatus set_scene(Job *job, VolError *err)
     if (!status)
         status = set_lights(job, err);
     if (!status)
-        status = set_clips(job, err);
+        status = vol_assemble_clips(&job->assembly, options.clip.words, options.clip.count, err);
     if (!status)
         status = set_camera(job, err);
     if (!status)
         status = set_backdrop(job, err);
     if (!status)
-        status = vol_scene_prepare(scene, err);
-    if (!status)
-        warn_of_nothing(job);
-    job->frame.scene = scene;
+        status = vol_scene_prepare(scene, &job->prepared, err);
+    if (!status && vol_assembly_explains_nothing(&job->assembly, &job->run->log))
+        job->told_why = true;
+    job->frame.prepared = &job->prepared;
     job->frame.camera = &job->camera;
     job->frame.samples = (int)options.samples;
     return status;
@@ -457,25 +384,25 @@ static void count_work(const Job *job, const VolFrameCounts *counts)
     VolStats *stats = job->run->stats;
     const VolSkipped *skipped = &counts->skipped;
     bool exact = options.estimator == 0;
-    char terms[200];
+    char features[200];
     vol_stats_count(stats, "rays", counts->rays);
     vol_stats_count(stats, exact ? "cells" : "samples", counts->cells);
     if (!exact)
         vol_stats_count(stats, "steps", counts->steps);
-    vol_stats_count(stats, "active_voxels", job->grid->active_voxels);
-    vol_stats_count(stats, "bricks.total", job->grid->brick_count);
-    vol_stats_count(stats, "bricks.stored", job->grid->stored_bricks);
+    vol_stats_count(stats, "active_voxels", job->assembly.grid->active_voxels);
+    vol_stats_count(stats, "bricks.total", job->assembly.grid->brick_count);
+    vol_stats_count(stats, "bricks.stored", job->assembly.grid->stored_bricks);
     vol_stats_count(stats, "bricks.entered", skipped->bricks_entered);
-    vol_stats_count(stats, "skipped.bricks", job->scene.bricks_skipped);
+    vol_stats_count(stats, "skipped.bricks", job->prepared.space.bricks_skipped);
     vol_stats_count(stats, "skipped.blocks", skipped->blocks);
     vol_stats_count(stats, exact ? "skipped.cells" : "skipped.samples",
                     skipped->cells_met > counts->cells ? skipped->cells_met - counts->cells : 0);
     vol_stats_count(stats, "skipped.rays", counts->rays_missed);
     vol_stats_count(stats, "skipped.ends_of_rays", skipped->rays_ended);
     vol_stats_count(stats, "rays_in_double", skipped->rays_in_double);
-    vol_scene_features_skipped(&job->scene, terms, sizeof terms);
-    vol_stats_text(stats, "skipped.terms", terms);
-    vol_stats_real(stats, "stop_opacity", job->scene.termination_opacity);
+    vol_features_skipped(&job->prepared, features, sizeof features);
+    vol_stats_text(stats, "skipped.features", features);
+    vol_stats_real(stats, "termination_opacity", job->prepared.termination_opacity);
 }
 
 static VolStatus write_image(Job *job, VolImage *image, VolError *err)
@@ -510,8 +437,17 @@ static VolStatus render(Job *job, VolError *err)
     if (status)
         return vol_fail_within(err, status, "--size %" PRId64 "x%" PRId64, options.size.width, options.size.height);
     vol_stats_stage(job->run->stats, "prepare");
-    status = vol_frame_render(&job->frame, crop.x, crop.y, crop.width, crop.height, job->run->threads, show_progress,
-                              (void *)job->run, vol_film_put, &film, &counts, err);
+    VolFrameJob all = {.frame = &job->frame,
+                       .x0 = crop.x,
+                       .y0 = crop.y,
+                       .width = crop.width,
+                       .height = crop.height,
+                       .threads = job->run->threads,
+                       .put = vol_film_put,
+                       .put_user = &film,
+                       .progress = show_progress,
+                       .progress_user = (void *)job->run};
+    status = vol_frame_render(&all, &counts, err);
     vol_stats_stage(job->run->stats, "render");
     count_work(job, &counts);
     if (!status && crop.width == options.size.width && crop.height == options.size.height)
@@ -532,7 +468,7 @@ static void warn_of_unused(const Run *run)
 
 static void warn_of_unused_steps(const Job *job)
 {
-    const VolTf *tf = &job->appearance.tf;
+    const VolTf *tf = &job->assembly.appearance.tf;
     if (run_given(job->run, "particle-step") && !tf->scatter.count && !tf->absorb.count && !tf->emit.count)
         vol_warn(&job->run->log, "--particle-step has no effect: the transfer function has no particles");
     if (run_given(job->run, "scalar-step") && !tf->surface.count)
@@ -578,13 +514,10 @@ static VolStatus vol_render(const Run *run, VolError *err)
         status = set_scene(&job, err);
     if (!status)
         status = options.probe.count ? probe(&job, err) : render(&job, err);
-    vol_scene_release(&job.scene);
+    vol_prepared_free(&job.prepared);
+    vol_assembly_free(&job.assembly);
     free(job.picture);
-    vol_grid_free(job.grid);
-    vol_appearance_free(&job.appearance);
     free(job.prior_history);
-    free(job.lights);
-    free(job.clips);
     return status;
 }
 

@@ -12,7 +12,7 @@ typedef struct VolAppearance {
     VolTables *tables; /* as read, or NULL */
     VolTfUnits units;  /* what tf leaves to the volume */
 
-    /* After vol_look_fit: */
+    /* After vol_appearance_fit: */
     VolTfCompiled compiled;
     VolPreint preint; /* octave_count 0: none */
     VolTfIntegrals integrals;

@@ -2,76 +2,50 @@
 
 #include <string.h>
 
-static const struct {
-    const char *name;
-    unsigned bit;
-} layer_names[] = {{"Z", VOL_LAYER_Z},             {"normal", VOL_LAYER_NORMAL}, {"surface", VOL_LAYER_SURFACE},
-                   {"scatter", VOL_LAYER_SCATTER}, {"emit", VOL_LAYER_EMIT},     {"steps", VOL_LAYER_STEPS}};
-
-VolStatus vol_layers_parse(const char *list, unsigned *layers, VolError *err)
-{
-    *layers = 0;
-    for (const char *at = list; *at;) {
-        size_t length = strcspn(at, ","), i, count = sizeof layer_names / sizeof *layer_names;
-        for (i = 0; i < count; i++)
-            if (strlen(layer_names[i].name) == length && memcmp(layer_names[i].name, at, length) == 0)
-                break;
-        if (i == count)
-            return vol_fail(err, VOL_USAGE, "--aov: no layer '%.*s' (Z, normal, surface, scatter, emit, steps)", (int)length,
-                            at);
-        *layers |= layer_names[i].bit;
-        at += length;
-        if (*at == ',' && !*++at)
-            return vol_fail(err, VOL_USAGE, "--aov: '%s' ends with a comma", list);
-    }
-    return VOL_OK;
-}
-
 typedef struct Out {
     const char **names;
     double *values;
     size_t count;
 } Out;
 
-static void put(Out *out, const char *name, double value)
+static void put(Out *out, const char *const names[], const double values[], int count)
 {
-    out->names[out->count] = name;
-    out->values[out->count++] = value;
+    for (int c = 0; c < count; c++) {
+        out->names[out->count] = names[c];
+        out->values[out->count++] = values[c];
+    }
 }
 
-static void put3(Out *out, const char *const names[3], const double values[3])
+static const double *layer_values(const VolPixelValue *pixel, const VolLayerInfo *layer)
 {
-    for (int c = 0; c < 3; c++)
-        put(out, names[c], values[c]);
+    return layer->kind == VOL_LAYER_OF_SUM ? pixel->sum[layer->sum]
+           : layer->kind == VOL_LAYER_OF_DEPTH ? &pixel->depth
+                                               : &pixel->cells;
 }
 
 size_t vol_film_channels(const VolFrame *frame, const VolPixelValue *pixel, const char *names[VOL_FILM_CHANNELS],
                          double values[VOL_FILM_CHANNELS])
 {
-    static const char *const rgb[] = {"R", "G", "B"}, *const alpha[] = {"AR", "AG", "AB"},
-                             *const normal[] = {"normal.X", "normal.Y", "normal.Z"},
-                             *const surface[] = {"surface.R", "surface.G", "surface.B"},
-                             *const scatter[] = {"scatter.R", "scatter.G", "scatter.B"},
-                             *const emit[] = {"emit.R", "emit.G", "emit.B"};
-    unsigned layers = frame->scene->layers;
+    static const char *const rgb[] = {"R", "G", "B"}, *const mean[] = {"A"}, *const alpha[] = {"AR", "AG", "AB"};
+    const VolScene *scene = frame->prepared->scene;
     Out out = {names, values, 0};
-    put3(&out, rgb, pixel->color);
-    put(&out, "A", pixel->mean_alpha);
-    if (frame->scene->tf->coloured)
-        put3(&out, alpha, pixel->alpha);
-    if (layers & VOL_LAYER_Z)
-        put(&out, "Z", pixel->depth);
-    if (layers & VOL_LAYER_NORMAL)
-        put3(&out, normal, pixel->normal);
-    if (layers & VOL_LAYER_SURFACE)
-        put3(&out, surface, pixel->surface);
-    if (layers & VOL_LAYER_SCATTER)
-        put3(&out, scatter, pixel->scatter);
-    if (layers & VOL_LAYER_EMIT)
-        put3(&out, emit, pixel->emit);
-    if (layers & VOL_LAYER_STEPS)
-        put(&out, "steps", pixel->cells);
+    put(&out, rgb, pixel->color, 3);
+    put(&out, mean, &pixel->mean_alpha, 1);
+    if (scene->tf->coloured)
+        put(&out, alpha, pixel->alpha, 3);
+    for (int n = 0; n < VOL_LAYERS; n++)
+        if (vol_has_layer(scene->layers, (VolLayer)n))
+            put(&out, vol_layers[n].channels, layer_values(pixel, &vol_layers[n]), vol_layers[n].components);
     return out.count;
+}
+
+/* What stays float where half is asked for. */
+static bool is_data(const char *channel)
+{
+    bool data = strcmp(channel, "A") == 0;
+    for (int n = 0; n < VOL_LAYERS; n++)
+        data = data || (vol_layers[n].kind != VOL_LAYER_OF_SUM && strcmp(channel, vol_layers[n].channels[0]) == 0);
+    return data;
 }
 
 static VolStatus add_channels(const VolFrame *frame, bool half, VolPart *part, VolError *err)
@@ -81,10 +55,9 @@ static VolStatus add_channels(const VolFrame *frame, bool half, VolPart *part, V
     VolPixelValue none = {0};
     size_t count = vol_film_channels(frame, &none, names, values);
     for (size_t i = 0; i < count; i++) {
-        bool data = strcmp(names[i], "Z") == 0 || strcmp(names[i], "A") == 0 || strcmp(names[i], "steps") == 0;
         VolChannel *channel;
-        VolStatus status =
-            vol_part_add_channel(part, names[i], half && !data ? VOL_PIXEL_HALF : VOL_PIXEL_FLOAT, &channel, err);
+        VolPixel type = half && !is_data(names[i]) ? VOL_PIXEL_HALF : VOL_PIXEL_FLOAT;
+        VolStatus status = vol_part_add_channel(part, names[i], type, &channel, err);
         if (status)
             return status;
     }

@@ -6,12 +6,9 @@
 #include "io/exr.h"
 #include "render/frame.h"
 
-/* "Z,normal,surface,scatter,emit,steps" -> VolLayer bits; VOL_USAGE lists the names. */
-VolStatus vol_layers_parse(const char *list, unsigned *layers, VolError *err);
-
 /* Channels of one pixel, in the order of vol_film_channel_name: R G B A, AR AG AB where attenuation is coloured, then the
  * layers asked for.  `values` holds at least VOL_FILM_CHANNELS. */
-enum { VOL_FILM_CHANNELS = 24 };
+enum { VOL_FILM_CHANNELS = 7 + 3 * VOL_LAYERS };
 size_t vol_film_channels(const VolFrame *frame, const VolPixelValue *pixel, const char *names[VOL_FILM_CHANNELS],
                          double values[VOL_FILM_CHANNELS]);
 

@@ -32,16 +32,14 @@ static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance 
 {
     double transmittance = 1, alpha = 0;
     for (int c = 0; c < 3; c++) {
-        if (frame->scene->tf->coloured || c == 0) {
+        if (frame->prepared->scene->tf->coloured || c == 0) {
             transmittance = got->optical_depth[c] > 0 ? vol_exp(-got->optical_depth[c]) : 1;
             alpha = got->optical_depth[c] > 0 ? -vol_expm1(-got->optical_depth[c]) : 0;
         }
         sum->color[c] += got->color[c] + transmittance * behind[c];
         sum->alpha[c] += alpha;
-        sum->normal[c] += got->normal[c];
-        sum->surface[c] += got->surface[c];
-        sum->scatter[c] += got->scatter[c];
-        sum->emit[c] += got->emit[c];
+        for (int n = 0; n < VOL_SUMS; n++)
+            sum->sum[n][c] += got->sum[n][c];
     }
     sum->cells += got->cells;
     if (isfinite(got->depth)) {
@@ -63,8 +61,10 @@ typedef struct RayBatch {
 static void batch_flush(RayBatch *p)
 {
     VolRadiance got[VOL_PACKET];
+    VolTraceCall call = {.prepared = p->frame->prepared, .scratch = p->scratch, .listener = p->frame->listener,
+                         .rays = p->rays, .count = p->count, .out = got};
     if (p->count)
-        vol_trace_rays(p->frame->scene, p->scratch, p->rays, p->count, got);
+        vol_trace_rays(&call);
     for (size_t i = 0; i < p->count; i++) {
         *p->results[i] = got[i];
         p->counts->cells += (uint64_t)got[i].cells;
@@ -74,16 +74,18 @@ static void batch_flush(RayBatch *p)
 
 static void batch_add(RayBatch *p, const VolRay *ray, VolRadiance *result)
 {
+    const VolPrepared *prepared = p->frame->prepared;
+    const VolScene *scene = prepared->scene;
     VolRay clipped = *ray;
     p->counts->rays++;
     *result = (VolRadiance){.depth = INFINITY};
-    if (!vol_ray_clip(p->frame->scene, &clipped)) {
+    if (!vol_ray_clip(scene, &clipped)) {
         p->counts->rays_missed++;
         return;
     }
-    bool sees = vol_ray_meets_visible(p->frame->scene, &clipped);
-    if (p->frame->scene->estimator != VOL_ESTIMATE_EXACT)
-        p->counts->steps += (uint64_t)ceil((clipped.t1 - clipped.t0) / p->frame->scene->step);
+    bool sees = vol_ray_meets_visible(prepared, &clipped);
+    if (scene->estimator != VOL_ESTIMATE_EXACT)
+        p->counts->steps += (uint64_t)ceil((clipped.t1 - clipped.t0) / scene->step);
     if (!sees) {
         p->counts->rays_missed++;
         return;
@@ -118,12 +120,11 @@ static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depth
     for (int c = 0; c < 3; c++) {
         out->color[c] *= weight;
         out->alpha[c] *= weight;
-        out->normal[c] *= weight;
-        out->surface[c] *= weight;
-        out->scatter[c] *= weight;
-        out->emit[c] *= weight;
+        for (int s = 0; s < VOL_SUMS; s++)
+            out->sum[s][c] *= weight;
     }
-    out->mean_alpha = frame->scene->tf->coloured ? (out->alpha[0] + out->alpha[1] + out->alpha[2]) / 3 : out->alpha[0];
+    bool coloured = frame->prepared->scene->tf->coloured;
+    out->mean_alpha = coloured ? (out->alpha[0] + out->alpha[1] + out->alpha[2]) / 3 : out->alpha[0];
     out->depth = 2 * deep >= n * n ? depths / deep : FAR_AWAY; /* of the samples that are opaque enough, if most are */
 }
 
@@ -167,7 +168,7 @@ VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelV
 {
     VolScratch scratch;
     VolFrameCounts counts = {0};
-    VolStatus status = vol_scratch_new(frame->scene, &scratch, err);
+    VolStatus status = vol_scratch_new(frame->prepared, &scratch, err);
     if (status)
         return status;
     Block block = {.x = {x}, .y = {y}, .count = 1};
@@ -177,24 +178,37 @@ VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelV
     return VOL_OK;
 }
 
-typedef struct Job {
-    const VolFrame *frame;
-    int64_t x0, y0, width, height, tiles_across;
-    VolPixelPut *put;
-    void *put_user;
+/* A job under way. */
+typedef struct Work {
+    const VolFrameJob *job;
     VolFrameCounts *counts;
     VolScratch *scratch; /* one per thread */
-    void (*progress)(void *, double);
-    void *user;
     pthread_mutex_t lock;
+    int64_t tiles_across;
     size_t tiles, tiles_done;
-} Job;
+} Work;
+
+static void count_tile(Work *work, const VolFrameCounts *counts)
+{
+    const VolFrameJob *job = work->job;
+    pthread_mutex_lock(&work->lock);
+    work->counts->rays += counts->rays;
+    work->counts->rays_missed += counts->rays_missed;
+    work->counts->cells += counts->cells;
+    work->counts->steps += counts->steps;
+    work->counts->strongest = fmax(work->counts->strongest, counts->strongest);
+    work->tiles_done++;
+    if (job->progress)
+        job->progress(job->progress_user, (double)work->tiles_done / (double)work->tiles);
+    pthread_mutex_unlock(&work->lock);
+}
 
 static VolStatus render_tile(void *user, size_t index, int thread, VolError *err)
 {
-    Job *job = user;
+    Work *work = user;
+    const VolFrameJob *job = work->job;
     VolFrameCounts counts = {0};
-    int64_t tx = (int64_t)index % job->tiles_across * TILE, ty = (int64_t)index / job->tiles_across * TILE;
+    int64_t tx = (int64_t)index % work->tiles_across * TILE, ty = (int64_t)index / work->tiles_across * TILE;
     int64_t x1 = tx + TILE < job->width ? tx + TILE : job->width, y1 = ty + TILE < job->height ? ty + TILE : job->height;
     (void)err;
     for (int64_t y = ty; y < y1; y += BLOCK_HEIGHT)
@@ -208,44 +222,32 @@ static VolStatus render_tile(void *user, size_t index, int thread, VolError *err
                 block.y[block.count] = job->y0 + py;
                 block.index[block.count++] = (size_t)(py * job->width + px);
             }
-            render_block(job->frame, &job->scratch[thread], &block, &counts);
+            render_block(job->frame, &work->scratch[thread], &block, &counts);
             for (int n = 0; n < block.count; n++)
                 job->put(job->put_user, block.index[n], &block.values[n]);
         }
-    pthread_mutex_lock(&job->lock);
-    job->counts->rays += counts.rays;
-    job->counts->rays_missed += counts.rays_missed;
-    job->counts->cells += counts.cells;
-    job->counts->steps += counts.steps;
-    job->counts->strongest = fmax(job->counts->strongest, counts.strongest);
-    job->tiles_done++;
-    if (job->progress)
-        job->progress(job->user, (double)job->tiles_done / (double)job->tiles);
-    pthread_mutex_unlock(&job->lock);
+    count_tile(work, &counts);
     return VOL_OK;
 }
 
-VolStatus vol_frame_render(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, int threads,
-                           void (*progress)(void *user, double fraction), void *user, VolPixelPut *put, void *put_user,
-                           VolFrameCounts *counts, VolError *err)
+VolStatus vol_frame_render(const VolFrameJob *job, VolFrameCounts *counts, VolError *err)
 {
-    Job job = {.frame = frame, .x0 = x0, .y0 = y0, .width = width, .height = height, .put = put,
-               .put_user = put_user, .counts = counts,
-               .tiles_across = (width + TILE - 1) / TILE, .progress = progress, .user = user};
-    job.tiles = (size_t)(job.tiles_across * ((height + TILE - 1) / TILE));
+    size_t threads = (size_t)job->threads;
+    Work work = {.job = job, .counts = counts, .tiles_across = (job->width + TILE - 1) / TILE};
+    work.tiles = (size_t)(work.tiles_across * ((job->height + TILE - 1) / TILE));
     *counts = (VolFrameCounts){0};
-    job.scratch = vol_alloc_zero((size_t)threads, sizeof *job.scratch);
-    VolStatus status = job.scratch ? VOL_OK : vol_fail_memory(err, (size_t)threads * sizeof *job.scratch);
-    for (int i = 0; i < threads && !status; i++)
-        status = vol_scratch_new(frame->scene, &job.scratch[i], err);
-    pthread_mutex_init(&job.lock, NULL);
+    work.scratch = vol_alloc_zero(threads, sizeof *work.scratch);
+    VolStatus status = work.scratch ? VOL_OK : vol_fail_memory(err, threads * sizeof *work.scratch);
+    for (size_t i = 0; i < threads && !status; i++)
+        status = vol_scratch_new(job->frame->prepared, &work.scratch[i], err);
+    pthread_mutex_init(&work.lock, NULL);
     if (!status)
-        status = vol_parallel(threads, job.tiles, render_tile, &job, err);
-    pthread_mutex_destroy(&job.lock);
-    for (int i = 0; i < threads && job.scratch; i++) {
-        add_skipped(&counts->skipped, &job.scratch[i].skipped);
-        vol_scratch_free(&job.scratch[i]);
+        status = vol_parallel(job->threads, work.tiles, render_tile, &work, err);
+    pthread_mutex_destroy(&work.lock);
+    for (size_t i = 0; i < threads && work.scratch; i++) {
+        add_skipped(&counts->skipped, &work.scratch[i].skipped);
+        vol_scratch_free(&work.scratch[i]);
     }
-    free(job.scratch);
+    free(work.scratch);
     return status;
 }

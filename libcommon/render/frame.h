@@ -6,7 +6,7 @@
 
 #include "base/status.h"
 #include "render/camera.h"
-#include "trace/scene.h"
+#include "trace/trace.h"
 
 /* What lies behind the volume: one colour, or a picture of the frame's size (RGB, interleaved, row 0 on top). */
 typedef struct VolBackdrop {
@@ -19,12 +19,13 @@ typedef struct VolPixelValue {
     double alpha[3]; /* the volume's own, per channel */
     double mean_alpha;
     double depth;    /* along the view axis; 1e10 where alpha never passes 0.5 */
-    double normal[3], surface[3], scatter[3], emit[3];
+    double sum[VOL_SUMS][3];
     double cells;
 } VolPixelValue;
 
 typedef struct VolFrame {
-    const VolScene *scene;
+    const VolPrepared *prepared;
+    const VolTraceListener *listener; /* for vol_frame_pixel; or NULL */
     const VolCamera *camera;
     VolBackdrop backdrop;
     int samples; /* N: the centres of N x N strata, box filter */
@@ -43,10 +44,18 @@ VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelV
 /* Where finished pixels go: number `index` (row by row) of those being made.  Called by all threads, once per pixel. */
 typedef void VolPixelPut(void *user, size_t index, const VolPixelValue *pixel);
 
-/* Pixels x0 <= x < x0 + width, likewise y, spread over threads by tiles.  `progress` (may be NULL) is called under a lock
- * with 0..1. */
-VolStatus vol_frame_render(const VolFrame *frame, int64_t x0, int64_t y0, int64_t width, int64_t height, int threads,
-                           void (*progress)(void *user, double fraction), void *user, VolPixelPut *put, void *put_user,
-                           VolFrameCounts *counts, VolError *err);
+/* Pixels x0 <= x < x0 + width, likewise y, and who is to have them. */
+typedef struct VolFrameJob {
+    const VolFrame *frame;
+    int64_t x0, y0, width, height;
+    int threads;
+    VolPixelPut *put;
+    void *put_user;
+    void (*progress)(void *user, double fraction); /* NULL, or called under a lock with 0..1 */
+    void *progress_user;
+} VolFrameJob;
+
+/* Spread over threads by tiles; what comes out does not depend on their number. */
+VolStatus vol_frame_render(const VolFrameJob *job, VolFrameCounts *counts, VolError *err);
 
 #endif

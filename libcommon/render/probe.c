@@ -48,12 +48,11 @@ static VolStatus place_of(const VolFrame *frame, const char *text, int64_t at[2]
 static VolStatus add_pixel(VolFrame *frame, const int64_t at[2], bool trace, json_t *pixels, VolError *err)
 {
     VolPixelValue pixel;
-    VolScene traced = *frame->scene;
     VolFrame view = *frame;
     json_t *steps = json_array(), *channels = json_object(), *entry = json_object();
-    traced.trace = trace ? add_step : NULL;
-    traced.trace_user = &(Trace){steps, traced.unit > 0 ? traced.unit : 1};
-    view.scene = &traced;
+    double unit = frame->prepared->scene->unit;
+    VolTraceListener listener = {add_step, &(Trace){steps, unit > 0 ? unit : 1}};
+    view.listener = trace ? &listener : NULL;
     VolStatus status = vol_frame_pixel(&view, at[0], at[1], &pixel, err);
     if (status)
         pixel = (VolPixelValue){0};

@@ -13,6 +13,7 @@
  *     load_corners_of    the corners of a cell, n = 4 x + 2 y + z, from base[lane] + offset[lane] of bricks of 9^3
  *                        numbers: along z two corners lie side by side and come in one load
  *     doubles_add, doubles_round   sums in double
+ *     reals_below (a < b) and, in double alone, reals_halves    in reals_plain.h only
  *
  * Every operation works lane by lane: what a lane holds never depends on its neighbours.  Masks are integers of the same
  * width, all bits set or none. */
@@ -47,9 +48,14 @@ typedef double double4 __attribute__((vector_size(32)));
 typedef float float4 __attribute__((vector_size(16)));
 
 #define ALWAYS_INLINE static inline __attribute__((always_inline))
+#define MAYBE_UNUSED __attribute__((unused)) /* in a template of which a kernel may need only parts */
 
 ALWAYS_INLINE reals reals_all(real a) { return a - (reals){0}; } /* a - 0 is a, whatever its sign; a + 0 may not be */
 ALWAYS_INLINE ints ints_all(lane_int a) { return (ints){0} + a; }
+
+/* The lanes whose bit is set, one after the other. */
+#define FOR_LANES(i, bits)                                                                                                 \
+    for (unsigned left_ = (bits), i = 0; left_ && (i = (unsigned)__builtin_ctz(left_), true); left_ &= left_ - 1)
 
 typedef struct Doubles {
     double4 part[LANES / 4];
@@ -148,6 +154,29 @@ ALWAYS_INLINE reals reals_exp(reals x)
     ints bits = (ints)p + (((ints)shifted - (ints)reals_all(magic)) << MANTISSA);
     return (reals)(bits & ~under);
 }
+
+#ifdef VOL_DOUBLE
+/* ---- Without fused operations, which machines without AVX2 do by hand ---- */
+
+/* exp(-t), t >= 0: as reals_exp, each product rounded; below 2 ulp, never 0. */
+ALWAYS_INLINE reals reals_exp_unfused(reals t)
+{
+    const reals magic = reals_all(0x1.8p52);
+    reals x = reals_max(-t, reals_all(-708));
+    reals shifted = x * reals_all(0x1.71547652b82fep0) + magic, n = shifted - magic;
+    reals r = (x - n * reals_all(0x1.62e42feep-1)) - n * reals_all(0x1.a39ef35793c76p-33);
+    static const double c[] = {1.0 / 6227020800.0, 1.0 / 479001600.0, 1.0 / 39916800.0, 1.0 / 3628800.0, 1.0 / 362880.0,
+                               1.0 / 40320.0, 1.0 / 5040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5};
+    reals p = reals_all(c[0]);
+#pragma GCC unroll 12
+    for (int i = 1; i < 12; i++)
+        p = p * r + reals_all(c[i]);
+    p = (r * r * p + r) + reals_all(1);
+    return (reals)((ints)p + (((ints)shifted - (ints)magic) << 52));
+}
+
+ALWAYS_INLINE reals reals_within(reals x, reals bound) { return reals_max(reals_min(x, bound), -bound); }
+#endif
 
 /* exp(-x) for x in [0, 1]: Chebyshev's interpolant at x - 1/2, no reduction.  Relative error 3e-8 (float), 1e-17 (double)
  * before rounding. */

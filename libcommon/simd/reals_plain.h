@@ -11,6 +11,7 @@ ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b)
 {
     return (reals)_mm256_blendv_pd((__m256d)b, (__m256d)a, (__m256d)mask);
 }
+ALWAYS_INLINE ints reals_below(reals a, reals b) { return (ints)(a < b); }
 ALWAYS_INLINE reals reals_max(reals a, reals b) { return (reals)_mm256_max_pd((__m256d)a, (__m256d)b); }
 ALWAYS_INLINE reals reals_min(reals a, reals b) { return (reals)_mm256_min_pd((__m256d)a, (__m256d)b); }
 ALWAYS_INLINE reals reals_sqrt(reals a) { return (reals)_mm256_sqrt_pd((__m256d)a); }
@@ -27,8 +28,25 @@ ALWAYS_INLINE reals reals_fma(reals a, reals b, reals c)
     return c;
 }
 ALWAYS_INLINE reals reals_select(ints mask, reals a, reals b) { return (reals)(((ints)a & mask) | ((ints)b & ~mask)); }
-ALWAYS_INLINE reals reals_max(reals a, reals b) { return reals_select((ints)(a > b), a, b); }
-ALWAYS_INLINE reals reals_min(reals a, reals b) { return reals_select((ints)(a < b), a, b); }
+#ifdef VOL_DOUBLE
+/* Two and two: what is wider than the machine's vectors the compiler would make number by number. */
+typedef double double2 __attribute__((vector_size(16)));
+typedef union Pairs {
+    reals all;
+    double2 pair[2];
+} Pairs;
+ALWAYS_INLINE ints reals_below(reals a, reals b)
+{
+    Pairs x = {a}, y = {b};
+    for (int i = 0; i < 2; i++)
+        x.pair[i] = (double2)(x.pair[i] < y.pair[i]);
+    return (ints)x.all;
+}
+#else
+ALWAYS_INLINE ints reals_below(reals a, reals b) { return (ints)(a < b); }
+#endif
+ALWAYS_INLINE reals reals_max(reals a, reals b) { return reals_select(reals_below(b, a), a, b); }
+ALWAYS_INLINE reals reals_min(reals a, reals b) { return reals_select(reals_below(a, b), a, b); }
 ALWAYS_INLINE reals reals_sqrt(reals a)
 {
     for (int i = 0; i < LANES; i++)
@@ -132,3 +150,15 @@ ALWAYS_INLINE reals doubles_round(const Doubles *sum)
     return out;
 #endif
 }
+
+#ifdef VOL_DOUBLE
+/* Half i of a, then that of b. */
+ALWAYS_INLINE reals reals_halves(reals a, reals b, int i)
+{
+#ifdef REALS_AVX2
+    return i ? __builtin_shufflevector(a, b, 2, 3, 6, 7) : __builtin_shufflevector(a, b, 0, 1, 4, 5);
+#else
+    return ((Pairs){.pair = {((Pairs){a}).pair[i], ((Pairs){b}).pair[i]}}).all;
+#endif
+}
+#endif

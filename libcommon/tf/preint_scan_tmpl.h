@@ -32,81 +32,85 @@
 typedef float Floats __attribute__((vector_size(16)));
 
 /* Nothing is seen through 1e-100, but the products of such numbers would be denormal, which is slow. */
-INLINE Quad visible(Quad t) { return choose(below(t, quad(1e-100)), quad(0), t); }
+ALWAYS_INLINE reals visible(reals t) { return reals_select(reals_below(t, reals_all(1e-100)), reals_all(0), t); }
 
 /* m_j = int_0^1 x^j e^-tx dx.  Upwards by (j m_{j-1} - e^-t) / t where t is large; where small that cancels: there
  * m_3 by its series and the others downwards. */
 typedef struct Moments {
-    Quad t, m0, m1, m2, m3; /* t = e^-t */
+    reals t, m0, m1, m2, m3; /* t = e^-t */
 } Moments;
 
-INLINE Moments moments_of(Quad t)
+ALWAYS_INLINE Moments moments_of(reals t)
 {
     static const double c[] = {1.0 / (4 + 13) / 6227020800.0, 1.0 / (4 + 12) / 479001600.0, 1.0 / (4 + 11) / 39916800.0,
                                1.0 / (4 + 10) / 3628800.0, 1.0 / (4 + 9) / 362880.0, 1.0 / (4 + 8) / 40320.0,
                                1.0 / (4 + 7) / 5040.0, 1.0 / (4 + 6) / 720.0, 1.0 / (4 + 5) / 120.0, 1.0 / (4 + 4) / 24.0,
                                1.0 / (4 + 3) / 6.0, 1.0 / (4 + 2) / 2.0, 1.0 / (4 + 1), 1.0 / 4};
-    Mask small = below(t, quad(0.5));
-    Quad e = exp_minus(t), s = -least(t, quad(0.5)), p = quad(c[0]);
+    ints small = reals_below(t, reals_all(0.5));
+    reals e = reals_exp_unfused(t), s = -reals_min(t, reals_all(0.5)), p = reals_all(c[0]);
 #pragma GCC unroll 13
     for (int i = 1; i < 14; i++)
-        p = p * s + quad(c[i]);
-    Quad up = quad(1) / most(t, quad(0.5));
-    Quad u0 = (quad(1) - e) * up, u1 = (u0 - e) * up, u2 = (quad(2) * u1 - e) * up, u3 = (quad(3) * u2 - e) * up;
-    Quad d2 = (e - s * p) * quad(1.0 / 3), d1 = (e - s * d2) * quad(0.5), d0 = e - s * d1;
-    return (Moments){e, choose(small, d0, u0), choose(small, d1, u1), choose(small, d2, u2), choose(small, p, u3)};
+        p = p * s + reals_all(c[i]);
+    reals up = reals_all(1) / reals_max(t, reals_all(0.5));
+    reals u0 = (reals_all(1) - e) * up, u1 = (u0 - e) * up, u2 = (reals_all(2) * u1 - e) * up,
+        u3 = (reals_all(3) * u2 - e) * up;
+    reals d2 = (e - s * p) * reals_all(1.0 / 3), d1 = (e - s * d2) * reals_all(0.5), d0 = e - s * d1;
+    return (Moments){e, reals_select(small, d0, u0), reals_select(small, d1, u1), reals_select(small, d2, u2),
+                     reals_select(small, p, u3)};
 }
 
 /* Of a couple of bins; not a state yet: one quantity a vector. */
 typedef struct Leaf {
-    Quad t;
+    reals t;
     Light light[4];
 } Leaf;
 
 /* `colors` is a constant at every call: its loops are unrolled, here and below. */
-INLINE void leaf(const Bin *bin, Quad h, const Moments *moments, int first, int colors, Leaf *out)
+ALWAYS_INLINE void leaf(const Bin *bin, reals h, const Moments *moments, int first, int colors, Leaf *out)
 {
     const Moments m = *moments;
-    Quad tp = h * bin->particle, t = bin->surface + tp;
-    Mask some = below(quad(1e-200), t);
-    Quad over_t = choose(some, quad(1) / choose(some, t, quad(1)), quad(0)), slope = quad(12) * over_t;
+    reals tp = h * bin->particle, t = bin->surface + tp;
+    ints some = reals_below(reals_all(1e-200), t);
+    reals over_t = reals_select(some, reals_all(1) / reals_select(some, t, reals_all(1)), reals_all(0)),
+        slope = reals_all(12) * over_t;
 
     /* The slopes' limit keeps what surfaces and particles show in proportion to what they hide. */
-    Quad mixed = slope * (h * bin->mixed), f = within(mixed, quad(2) * least(bin->surface, tp));
-    Mask beyond = below(f, mixed) | below(mixed, f);
-    Quad limited = quad(1);
+    reals mixed = slope * (h * bin->mixed), f = reals_within(mixed, reals_all(2) * reals_min(bin->surface, tp));
+    ints beyond = reals_below(f, mixed) | reals_below(mixed, f);
+    reals limited = reals_all(1);
     if (any(beyond))
-        limited = choose(beyond, f / choose(beyond, mixed, quad(1)), limited);
-    Quad kappa = within(quad(6) * over_t * (bin->where_s + h * bin->where_p), quad(1));
+        limited = reals_select(beyond, f / reals_select(beyond, mixed, reals_all(1)), limited);
+    reals kappa = reals_within(reals_all(6) * over_t * (bin->where_s + h * bin->where_p), reals_all(1));
 
-    Quad d1 = m.m1 - quad(0.5) * m.m0, d2 = m.m2 - quad(0.5) * m.m1, d3 = m.m3 - quad(0.5) * m.m2;
-    Quad w0 = m.m1 + kappa * (m.m1 - m.m2), w1 = d2 + kappa * (d2 - d3);
-    Quad alpha = t * m.m0, surface = most(least(bin->surface * m.m0 + f * d1, alpha), quad(0));
+    reals d1 = m.m1 - reals_all(0.5) * m.m0, d2 = m.m2 - reals_all(0.5) * m.m1, d3 = m.m3 - reals_all(0.5) * m.m2;
+    reals w0 = m.m1 + kappa * (m.m1 - m.m2), w1 = d2 + kappa * (d2 - d3);
+    reals alpha = t * m.m0, surface = reals_max(reals_min(bin->surface * m.m0 + f * d1, alpha), reals_all(0));
     out->t = visible(m.t);
-    out->light[0] = (Light){surface, least(most(bin->surface * w0 + f * w1, quad(0)), surface), alpha - surface};
+    out->light[0] = (Light){surface, reals_min(reals_max(bin->surface * w0 + f * w1, reals_all(0)), surface),
+                            alpha - surface};
 #pragma GCC unroll 3
     for (int c = 0; c < colors; c++) {
         const BinColor *color = &bin->color[first + c];
-        Quad g = slope * (color->surface_on_s + h * color->surface_on_p) * limited;
-        Quad q = slope * h * (color->source_on_s + h * color->source_on_p) * limited, source = h * color->source;
-        g = within(g, quad(2) * color->surface);
-        q = within(q, quad(2) * source);
-        surface = most(color->surface * m.m0 + g * d1, quad(0));
-        out->light[1 + c] = (Light){surface, least(most(color->surface * w0 + g * w1, quad(0)), surface),
-                                    most(source * m.m0 + q * d1, quad(0))};
+        reals g = slope * (color->surface_on_s + h * color->surface_on_p) * limited;
+        reals q = slope * h * (color->source_on_s + h * color->source_on_p) * limited, source = h * color->source;
+        g = reals_within(g, reals_all(2) * color->surface);
+        q = reals_within(q, reals_all(2) * source);
+        surface = reals_max(color->surface * m.m0 + g * d1, reals_all(0));
+        out->light[1 + c] = (Light){surface, reals_min(reals_max(color->surface * w0 + g * w1, reals_all(0)), surface),
+                                    reals_max(source * m.m0 + q * d1, reals_all(0))};
     }
 }
 
 /* a, `length` bins long, and b seen through its transmittance t */
-INLINE Light seen_through(const Light *a, Quad t, Quad length, const Light *b)
+ALWAYS_INLINE Light seen_through(const Light *a, reals t, reals length, const Light *b)
 {
     return (Light){a->all + t * b->all, a->moment + t * (b->moment + length * b->all), a->particles + t * b->particles};
 }
 
 /* a, `length` bins long, followed by b; `out` may be a or b */
-INLINE void compose(const State *a, Quad length, const State *b, int lights, State *out)
+ALWAYS_INLINE void compose(const State *a, reals length, const State *b, int lights, State *out)
 {
-    Quad t = a->t;
+    reals t = a->t;
 #pragma GCC unroll 2
     for (int l = 0; l < lights; l++)
         out->light[l] = seen_through(&a->light[l], t, length, &b->light[l]);
@@ -115,7 +119,7 @@ INLINE void compose(const State *a, Quad length, const State *b, int lights, Sta
 
 /* One more piece of a couple: what lies before it, `length` bins long, becomes part of it; its moments, in its own
  * length so far, are in bins from here on. */
-INLINE void append(Leaf *before, Quad *length, Quad share, int colors, Leaf *piece)
+ALWAYS_INLINE void append(Leaf *before, reals *length, reals share, int colors, Leaf *piece)
 {
     for (int i = 0; i <= colors; i++) {
         piece->light[i].moment *= share;
@@ -127,32 +131,32 @@ INLINE void append(Leaf *before, Quad *length, Quad share, int colors, Leaf *pie
 }
 
 /* The bins of a couple part, quantities come together. */
-INLINE void states_of(const Leaf *couple, int lights, State states[2])
+ALWAYS_INLINE void states_of(const Leaf *couple, int lights, State states[2])
 {
 #pragma GCC unroll 2
     for (int i = 0; i < 2; i++) {
-        states[i].t = halves(couple->t, couple->t, i);
+        states[i].t = reals_halves(couple->t, couple->t, i);
 #pragma GCC unroll 2
         for (int l = 0; l < lights; l++) {
             const Light *a = &couple->light[2 * l], *b = a + 1;
-            states[i].light[l] = (Light){halves(a->all, b->all, i), halves(a->moment, b->moment, i),
-                                         halves(a->particles, b->particles, i)};
+            states[i].light[l] = (Light){reals_halves(a->all, b->all, i), reals_halves(a->moment, b->moment, i),
+                                         reals_halves(a->particles, b->particles, i)};
         }
     }
 }
 
 /* Polynomials wait for their last term most of the time: the moments of some pieces first, then what is made of them. */
-INLINE void make_leaves(const Bins *bins, size_t couples, Quad h, int first, int colors, State *leaves)
+ALWAYS_INLINE void make_leaves(const Bins *bins, size_t couples, reals h, int first, int colors, State *leaves)
 {
     enum { SOME = 16 };
     Moments moments[SOME];
     for (size_t couple = 0, p = 0; couple < couples; couple++) {
         Leaf all, before;
-        Quad length = quad(0);
+        reals length = reals_all(0);
         size_t end = bins->first[couple + 1];
         bool cut = end > p + 1;
         if (cut)
-            before = (Leaf){.t = quad(1)};
+            before = (Leaf){.t = reals_all(1)};
         for (; p < end; p++) {
             if (p % SOME == 0)
                 for (size_t i = p; i < p + SOME && i < bins->first[couples]; i++)
@@ -169,7 +173,7 @@ INLINE void make_leaves(const Bins *bins, size_t couples, Quad h, int first, int
 typedef struct Row {
     float *rising, *falling;
     size_t floats, channel; /* of attenuation */
-    Quad over_k;
+    reals over_k;
 } Row;
 
 /* What an entry holds of one light: in front, at the back, of particles. */
@@ -177,15 +181,15 @@ typedef struct Entry {
     Floats front, back, particles;
 } Entry;
 
-INLINE Entry entry_of(const Light *light, Quad over_k)
+ALWAYS_INLINE Entry entry_of(const Light *light, reals over_k)
 {
-    Quad back = least(light->moment * over_k, light->all);
+    reals back = reals_min(light->moment * over_k, light->all);
     return (Entry){__builtin_convertvector(light->all - back, Floats), __builtin_convertvector(back, Floats),
                    __builtin_convertvector(light->particles, Floats)};
 }
 
 /* Grey: each of opacity, R, G, B. */
-INLINE void put_grey(float *to, Floats front, Floats back, Floats particles)
+ALWAYS_INLINE void put_grey(float *to, Floats front, Floats back, Floats particles)
 {
     Floats opacity = __builtin_shufflevector(front, back, 0, 4, 1, 1);
     Floats out[3] = {__builtin_shufflevector(opacity, particles, 0, 1, 4, 2),
@@ -195,7 +199,7 @@ INLINE void put_grey(float *to, Floats front, Floats back, Floats particles)
 }
 
 /* One of three channels: opacity and colour, upwards (way 0) or downwards (1). */
-INLINE void put_channel(float *to, const Entry *e, int way)
+ALWAYS_INLINE void put_channel(float *to, const Entry *e, int way)
 {
     to[0] = e->front[way];
     to[3] = e->back[way];
@@ -205,7 +209,7 @@ INLINE void put_channel(float *to, const Entry *e, int way)
     to[15] = e->particles[2 + way];
 }
 
-INLINE void put(const Row *row, size_t i, size_t last, const State *s, int lights)
+ALWAYS_INLINE void put(const Row *row, size_t i, size_t last, const State *s, int lights)
 {
     float *up = row->rising + i * row->floats, *down = row->falling + (last - i) * row->floats;
     Entry a = entry_of(&s->light[0], row->over_k);
@@ -221,16 +225,16 @@ INLINE void put(const Row *row, size_t i, size_t last, const State *s, int light
 #undef WAY
 }
 
-INLINE void scan(const Row *row, const Bins *bins, size_t bin_count, size_t k, double h, int first, int colors,
+ALWAYS_INLINE void scan(const Row *row, const Bins *bins, size_t bin_count, size_t k, double h, int first, int colors,
                  State *leaves, State *suffix)
 {
     const int lights = (1 + colors) / 2;
-    make_leaves(bins, (bin_count + 1) / 2, quad(h), first, colors, leaves);
+    make_leaves(bins, (bin_count + 1) / 2, reals_all(h), first, colors, leaves);
     size_t last = bin_count - k;
     for (size_t block = 0; block <= last; block += k) {
         suffix[k - 1] = leaves[block + k - 1];
         for (size_t i = k - 1; i-- > 0;)
-            compose(&leaves[block + i], quad(1), &suffix[i + 1], lights, &suffix[i]);
+            compose(&leaves[block + i], reals_all(1), &suffix[i + 1], lights, &suffix[i]);
         put(row, block, last, &suffix[0], lights);
 
         State prefix = leaves[0], window;
@@ -240,18 +244,18 @@ INLINE void scan(const Row *row, const Bins *bins, size_t bin_count, size_t k, d
             if (ahead == 1)
                 prefix = leaves[block + k];
             else
-                compose(&prefix, quad((double)(ahead - 1)), &leaves[i + k - 1], lights, &prefix);
-            compose(&suffix[ahead], quad((double)(k - ahead)), &prefix, lights, &window);
+                compose(&prefix, reals_all((double)(ahead - 1)), &leaves[i + k - 1], lights, &prefix);
+            compose(&suffix[ahead], reals_all((double)(k - ahead)), &prefix, lights, &window);
             put(row, i, last, &window, lights);
         }
     }
 }
 
-INLINE void diagonal(const VolPreint *tables, const VolPreintTable *table, const Bins *bins, size_t k, int channel,
+ALWAYS_INLINE void diagonal(const VolPreint *tables, const VolPreintTable *table, const Bins *bins, size_t k, int channel,
                      State *leaves, State *suffix)
 {
     Row row = {.rising = vol_preint_entry(tables, table, 0, k), .falling = vol_preint_entry(tables, table, k, 0),
-               .floats = tables->floats, .channel = (size_t)channel, .over_k = quad(1 / (double)k)};
+               .floats = tables->floats, .channel = (size_t)channel, .over_k = reals_all(1 / (double)k)};
     double h = table->step / (double)k;
     if (tables->channels == 1)
         scan(&row, bins, tables->n - 1, k, h, 0, 3, leaves, suffix);

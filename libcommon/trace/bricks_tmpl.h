@@ -3,13 +3,15 @@
  * Where the pool holds what the kernel needs, a brick's voxels are read in place.  Otherwise (another precision, or one
  * value throughout), and for gradients, a thread keeps what it made for the bricks that it met last.  A place in that
  * store is given to another brick only while no lane is in it.
- * Include reals.h first. */
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    brick_values(), brick_gradients(), scratch_zeros() */
 #ifndef VOL_TRACE_BRICKS_TMPL_H
 #define VOL_TRACE_BRICKS_TMPL_H
 
-#include "volume/grid.h"
 #include "simd/reals.h"
-#include "trace/scene.h"
+#include "trace/trace.h"
+#include "volume/grid.h"
 
 enum { BRICK_HALO = VOL_BRICK_SIDE + 2 };
 
@@ -256,7 +258,7 @@ static inline bool all_are_valid(const real halo[BRICK_HALO * BRICK_HALO * BRICK
 
 static const int place_step[3] = {VOL_BRICK_SIDE * VOL_BRICK_SIDE, VOL_BRICK_SIDE, 1};
 
-/* A brick without holes that has its voxels in the pool, at brick coordinates; else NULL. */
+/* A brick without invalid voxels that has its voxels in the pool, at brick coordinates; else NULL. */
 static inline const real *whole_brick(const VolGrid *grid, const int32_t at[3])
 {
     const VolBrick *brick = &grid->bricks[vol_grid_brick_number(grid, at[0], at[1], at[2])];

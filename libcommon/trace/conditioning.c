@@ -179,7 +179,8 @@ static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, co
     return effect * UNIT_ROUNDOFF > LIMIT || (largest < LEAST_SAFE && effect > LIMIT);
 }
 
-VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err)
+VolStatus vol_conditioning_judge(const VolScene *scene, const VolEmptySpace *space, bool shaded, uint8_t **out,
+                                 VolError *err)
 {
     const VolGrid *grid = scene->grid;
     Sensitivities s;
@@ -193,10 +194,10 @@ VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err)
         status = vol_fail_memory(err, grid->brick_count);
     double lo, hi;
     /* Gradients reach into the bricks beside. */
-    bool all = vol_grid_range(grid, &lo, &hi) && scene->shaded && fmax(fabs(lo), fabs(hi)) > MOST_SAFE;
+    bool all = vol_grid_range(grid, &lo, &hi) && shaded && fmax(fabs(lo), fabs(hi)) > MOST_SAFE;
     for (size_t b = 0; b < grid->brick_count && !status; b++) {
         const VolBrick *brick = &grid->bricks[b];
-        ill[b] = scene->brick_visible[b] != VOL_BRICK_LEFT_OUT &&
+        ill[b] = space->brick_visible[b] != VOL_BRICK_LEFT_OUT &&
                  (all || is_ill_conditioned(scene, &s, brick, sides != NULL) ||
                   (sides && vol_sides_change(sides, grid, brick)));
         found += ill[b];
@@ -207,6 +208,6 @@ VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err)
         free(ill);
         ill = NULL;
     }
-    scene->ill_conditioned = ill;
+    *out = ill;
     return status;
 }

@@ -2,9 +2,11 @@
 #ifndef VOL_TRACE_CONDITIONING_H
 #define VOL_TRACE_CONDITIONING_H
 
+#include "trace/empty_space.h"
 #include "trace/scene.h"
 
-/* Fills scene->ill_conditioned; NULL where float is enough everywhere. */
-VolStatus vol_conditioning_prepare(VolScene *scene, VolError *err);
+/* One number per brick of the grid: 1 where float is not enough; NULL where it is everywhere. */
+VolStatus vol_conditioning_judge(const VolScene *scene, const VolEmptySpace *space, bool shaded, uint8_t **out,
+                                 VolError *err);
 
 #endif

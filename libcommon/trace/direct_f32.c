@@ -1,7 +1,8 @@
 /* The direct estimator in float, for any machine. */
+#define VOL_TRAVERSAL "trace/grid_traversal_tmpl.h"
 #include "trace/direct_tmpl.h"
 
-void vol_direct_f32(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+void vol_direct_f32(const VolTraceCall *call)
 {
-    trace_direct(scene, scratch, rays, count, out);
+    trace_direct(call);
 }

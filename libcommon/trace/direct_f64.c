@@ -1,8 +1,9 @@
 /* The direct estimator in double, for any machine. */
 #define VOL_DOUBLE
+#define VOL_TRAVERSAL "trace/grid_traversal_tmpl.h"
 #include "trace/direct_tmpl.h"
 
-void vol_direct_f64(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+void vol_direct_f64(const VolTraceCall *call)
 {
-    trace_direct(scene, scratch, rays, count, out);
+    trace_direct(call);
 }

@@ -1,5 +1,9 @@
 /* Steps of the direct estimator (direct_tmpl.h has the derivation): their light, and those that depend on their own sample
- * alone.  Include reals.h first. */
+ * alone.
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    March, Step, Fed; attenuated(), particles_of(), note_step(), end_opaque_marches();
+ *             add_particles(), sum_runs() */
 #ifndef VOL_TRACE_DIRECT_STEPS_TMPL_H
 #define VOL_TRACE_DIRECT_STEPS_TMPL_H
 
@@ -19,7 +23,7 @@ typedef struct Fed {
 typedef struct March {
     Samples s;
     reals length;                /* of the run's steps */
-    Sums sums;
+    Accumulator sum;
 
     /* Steps that depend on their own sample alone: within the run. */
     reals transmittance[3];            /* transmittance of what lies before the sample */
@@ -70,33 +74,32 @@ ALWAYS_INLINE reals attenuated(reals x, reals *passed)
 
 /* ---- What only layers and traces ask for ---- */
 
-/* A stretch of a step of lane i, from t on, behind an optical depth of `tau`: the depth layer, where the mean transmittance
- * falls to one half, and the trace. */
-static void note_stretch(March *m, unsigned i, const Step *step, double t, real length, const double optical_depth[3],
-                         int channels)
+typedef struct StepSoFar {
+    const Step *step;
+    const double *before; /* optical depth in front of it */
+    double length;
+    int channels;
+} StepSoFar;
+
+MAYBE_UNUSED static void depth_of_step(const void *part, unsigned i, double u, double optical_depth[3])
 {
-    const VolScene *scene = m->s.packet.scene;
-    VolRadiance *out = &m->s.packet.out[i];
-    double lo = 0, hi = (double)length, end[3];
-    if (scene->trace) {
-        VolTraceStep traced = {t, t + hi, 0, 0, (double)step->extinction[0][i] * hi, 0, "particles"};
-        scene->trace(scene->trace_user, &traced);
-    }
-    if (!(scene->layers & VOL_LAYER_Z) || isfinite(out->depth))
+    const StepSoFar *s = part;
+    for (int c = 0; c < s->channels; c++)
+        optical_depth[c] = s->before[c] + (double)s->step->extinction[c][i] * (s->length * u);
+}
+
+/* A part of a step of lane i, from t on, behind `before`. */
+MAYBE_UNUSED static void note_step(March *m, unsigned i, const Step *step, double t, real length, const double before[3],
+                                   int channels)
+{
+    RayPacket *l = &m->s.packet;
+    StepSoFar so_far = {step, before, (double)length, channels};
+    tell(l, &(VolTraceStep){t, t + so_far.length, 0, 0, (double)step->extinction[0][i] * so_far.length, 0, "particles"});
+    if (!wants_depth(l, i))
         return;
-    for (int n = -1; n < 48; n++) {
-        double at = n < 0 ? hi : 0.5 * (lo + hi);
-        for (int c = 0; c < channels; c++)
-            end[c] = optical_depth[c] + (double)step->extinction[c][i] * at;
-        bool opaque = mean_transmittance(end, channels) <= 0.5;
-        if (n < 0 && !opaque)
-            return;
-        if (opaque)
-            hi = at;
-        else
-            lo = at;
-    }
-    out->depth = t + hi;
+    double share = share_up_to_half(depth_of_step, &so_far, i, channels);
+    if (share <= 1)
+        l->out[i].depth = t + share * so_far.length;
 }
 
 /* ---- Steps that depend on their own sample alone ---- */
@@ -135,23 +138,23 @@ ALWAYS_INLINE void add_particles(March *m, unsigned features)
     SamplePlaces at;
     ints valid;
     reals v = samples_value(&m->s, &at, &valid);
-    ints interval = intervals_of(o, v), seen = valid & m->s.visible & seen_intervals(m, o, interval);
+    ints interval = intervals_of(o, v), seen = valid & m->s.way.shows & seen_intervals(m, o, interval);
     if (!any(seen))
         return;
     Properties in;
     Step step;
     load_properties(o, interval, seen, features, &in);
     particles_of(&in, v - in.ref, features, &step);
-    m->sums.cells -= seen;
+    m->sum.cells -= seen;
     if (__builtin_expect(m->s.equals, 0))
-        m->sums.cells += samples_beside(&m->s, seen);
+        m->sum.cells += samples_beside(&m->s, seen);
     reals length = reals_where(seen, m->length), light[3];
     if (features & FEATURE_EXTRA)
         FOR_LANES(i, mask_bits(seen)) {
             double optical_depth[3] = {0};
             for (int c = 0; c < channels_of(features); c++)
-                optical_depth[c] = doubles_lane(&m->sums.optical_depth[c], (int)i) + (double)m->run_optical_depth[c][i];
-            note_stretch(m, i, &step, step_begin(&m->s, i, m->s.first[i] + (double)m->s.j[i]), length[i], optical_depth,
+                optical_depth[c] = doubles_lane(&m->sum.optical_depth[c], (int)i) + (double)m->run_optical_depth[c][i];
+            note_step(m, i, &step, step_begin(&m->s, i, m->s.first[i] + (double)m->s.j[i]), length[i], optical_depth,
                          channels_of(features));
         }
     for (int c = 0; c < channels_of(features); c++) {
@@ -165,40 +168,31 @@ ALWAYS_INLINE void add_particles(March *m, unsigned features)
         reals all = features & FEATURE_EMIT ? step.scatter[c] + step.emit[c] : step.scatter[c];
         m->run_color[c] = reals_fma(transmittance, reals_where(seen, all), m->run_color[c]);
         if (features & FEATURE_EXTRA) {
-            doubles_add(&m->sums.scatter[c], reals_where(seen, transmittance * step.scatter[c]));
-            doubles_add(&m->sums.emit[c], reals_where(seen, transmittance * step.emit[c]));
+            doubles_add(&m->sum.sum[VOL_SUM_SCATTER][c], reals_where(seen, transmittance * step.scatter[c]));
+            doubles_add(&m->sum.sum[VOL_SUM_EMIT][c], reals_where(seen, transmittance * step.emit[c]));
         }
     }
 }
 
-/* Lanes through which nothing can be seen any more have ended. */
-static void terminate_rays(March *m, ints mask, unsigned features)
+static inline void end_opaque_marches(March *m, ints mask, unsigned features)
 {
-    RayPacket *l = &m->s.packet;
-    reals least = reals_all(INFINITY);
-    for (int c = 0; c < channels_of(features); c++)
-        least = reals_min(doubles_round(&m->sums.optical_depth[c]), least);
-    ints dark = mask & (ints)(least > l->termination_depth);
-    if (!any(dark))
-        return;
-    l->scratch->skipped.rays_ended += (unsigned)__builtin_popcount(mask_bits(dark));
-    l->alive &= ~dark;
-    m->s.visiting &= ~dark;
-    m->waiting &= ~dark;
+    ints opaque = terminate_rays(&m->sum, &m->s.packet, mask, features);
+    m->s.visiting &= ~opaque;
+    m->waiting &= ~opaque;
 }
 
 ALWAYS_INLINE void sum_runs(March *m, ints ended, unsigned features)
 {
     for (int c = 0; c < 3; c++) {
-        doubles_add(&m->sums.color[c], reals_where(ended, m->run_color[c]));
+        doubles_add(&m->sum.color[c], reals_where(ended, m->run_color[c]));
         m->run_color[c] = reals_where(~ended, m->run_color[c]);
     }
     for (int c = 0; c < channels_of(features); c++) {
-        doubles_add(&m->sums.optical_depth[c], reals_where(ended, m->run_optical_depth[c]));
+        doubles_add(&m->sum.optical_depth[c], reals_where(ended, m->run_optical_depth[c]));
         m->run_optical_depth[c] = reals_where(~ended, m->run_optical_depth[c]);
-        m->transmittance[c] = reals_select(ended, reals_exp(-doubles_round(&m->sums.optical_depth[c])), m->transmittance[c]);
+        m->transmittance[c] = reals_select(ended, reals_exp(-doubles_round(&m->sum.optical_depth[c])), m->transmittance[c]);
     }
-    terminate_rays(m, ended, features);
+    end_opaque_marches(m, ended, features);
 }
 
 #endif

@@ -17,10 +17,13 @@
  * predecessor's value.  Next to stretches that are left out the neighbours are looked up one by one.  What lies farther
  * inside such a stretch cannot matter: touching invisible bricks share the voxels between them, their ranges form one
  * connected range with nothing in it, and no isosurface lies between two samples that no visible brick separates
- * (empty_space.c sees to those whose shared voxels are all holes).
+ * (empty_space.c sees to those whose shared voxels are all invalid).
  *
- * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of terms that a scene
- * may be without. */
+ * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of features that a
+ * scene may be without.
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    trace_direct() */
 #include "trace/direct_waiting_tmpl.h"
 
 /* ---- Rays ---- */
@@ -41,13 +44,13 @@ static inline void enter(March *m, unsigned i, unsigned features)
     m->length[i] = (real)(alone ? s->t1[i] - step_begin(s, i, first) : s->h * doubles_lane(&s->stands_for, (int)i));
     if (features & FEATURES_THAT_WAIT && (s->left[i] > 0 || features & FEATURE_ISO)) {
         m->before[i] = sample_gap(s, i, first);
-        if (first == s->brick_first[i]) /* else it follows the last one */
+        if (first == s->stretch_first[i]) /* else it follows the last one */
             come_to(m, i, first, features);
         s->visiting[i] &= s->packet.alive[i];
     }
 }
 
-ALWAYS_INLINE void march(March *m, unsigned features)
+ALWAYS_INLINE void march_samples(March *m, unsigned features)
 {
     Samples *s = &m->s;
     for (;;) {
@@ -67,35 +70,35 @@ ALWAYS_INLINE void march(March *m, unsigned features)
         if (!(features & FEATURES_THAT_WAIT) && any(ended))
             sum_runs(m, ended, features);
     }
-    store_sums(&m->sums, &s->packet);
+    store_sums(&m->sum, &s->packet);
 }
 
-static void march_particles(void *m) { march(m, 0); }
-static void march_emission(void *m) { march(m, FEATURE_EMIT | FEATURE_COLOURED); }
-static void march_alone(void *m) { march(m, FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA); }
-static void march_surfaces(void *m) { march(m, FEATURE_SURFACE); }
-static void march_shaded_surfaces(void *m) { march(m, FEATURE_SURFACE | FEATURE_SHADED); }
-static void march_shaded_isosurfaces(void *m) { march(m, FEATURE_ISO | FEATURE_SHADED); }
-static void march_unshaded(void *m) { march(m, ALL_FEATURES); }
-static void march_shaded(void *m) { march(m, ALL_FEATURES | FEATURE_SHADED); }
-static void march_classic(void *m) { march(m, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
+static void march_particles(void *m) { march_samples(m, 0); }
+static void march_emission(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED); }
+static void march_alone(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA); }
+static void march_surfaces(void *m) { march_samples(m, FEATURE_SURFACE); }
+static void march_shaded_surfaces(void *m) { march_samples(m, FEATURE_SURFACE | FEATURE_SHADED); }
+static void march_shaded_isosurfaces(void *m) { march_samples(m, FEATURE_ISO | FEATURE_SHADED); }
+static void march_unshaded(void *m) { march_samples(m, ALL_FEATURES); }
+static void march_shaded(void *m) { march_samples(m, ALL_FEATURES | FEATURE_SHADED); }
+static void march_classic(void *m) { march_samples(m, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
 
-static void trace_direct(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+static void trace_direct(const VolTraceCall *call)
 {
     static const FeaturesKernel kernels[] = {{0, march_particles},
-                                          {FEATURE_EMIT | FEATURE_COLOURED, march_emission},
-                                          {FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA, march_alone},
-                                          {FEATURE_SURFACE, march_surfaces},
-                                          {FEATURE_SURFACE | FEATURE_SHADED, march_shaded_surfaces},
-                                          {FEATURE_ISO | FEATURE_SHADED, march_shaded_isosurfaces},
-                                          {ALL_FEATURES, march_unshaded},
-                                          {ALL_FEATURES | FEATURE_SHADED, march_shaded},
-                                          {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, march_classic}};
-    const FeaturesKernel *kernel = kernel_for(scene, kernels);
-    for (size_t i = 0; i < count; i += LANES) {
+                                             {FEATURE_EMIT | FEATURE_COLOURED, march_emission},
+                                             {FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA, march_alone},
+                                             {FEATURE_SURFACE, march_surfaces},
+                                             {FEATURE_SURFACE | FEATURE_SHADED, march_shaded_surfaces},
+                                             {FEATURE_ISO | FEATURE_SHADED, march_shaded_isosurfaces},
+                                             {ALL_FEATURES, march_unshaded},
+                                             {ALL_FEATURES | FEATURE_SHADED, march_shaded},
+                                             {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, march_classic}};
+    const FeaturesKernel *kernel = kernel_for(call, kernels, sizeof kernels / sizeof *kernels);
+    for (size_t i = 0; i < call->count; i += LANES) {
         March m;
         memset(&m, 0, sizeof m);
-        samples_begin(&m.s, scene, scratch, rays + i, count - i < LANES ? count - i : LANES, out + i, 0.5);
+        samples_begin(&m.s, call, i, 0.5);
         for (int c = 0; c < 3; c++)
             m.transmittance[c] = reals_all(1);
         m.intervals_seen = bits_of_seen(m.s.packet.tables);

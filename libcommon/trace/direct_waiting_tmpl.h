@@ -1,5 +1,8 @@
 /* Steps of the direct estimator that wait for the next sample: soft surfaces need |dv/dl|, isosurfaces lie between samples
- * (direct_tmpl.h has the derivation).  Include reals.h first. */
+ * (direct_tmpl.h has the derivation).
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    feed_next(), come_to(), come_to_end() */
 #ifndef VOL_TRACE_DIRECT_WAITING_TMPL_H
 #define VOL_TRACE_DIRECT_WAITING_TMPL_H
 
@@ -9,11 +12,12 @@
 ALWAYS_INLINE ints shaded_intervals(const TfTables *o, ints interval, unsigned features)
 {
     ints first = interval * INTERVAL_REALS;
-    ints shaded = (ints)(gather_reals(&o->intervals[0].has_surface, first) > 0);
-    if (features & FEATURE_CLASSIC)
-        shaded |= (ints)(gather_reals(&o->intervals[0].scatter.a, first) != 0) |
-                  (ints)(gather_reals(&o->intervals[0].scatter.b, first) != 0);
-    return shaded;
+    reals scatter[2] = {{0}};
+    if (features & FEATURE_CLASSIC) {
+        scatter[0] = gather_reals(&o->intervals[0].scatter.a, first);
+        scatter[1] = gather_reals(&o->intervals[0].scatter.b, first);
+    }
+    return needs_gradient(gather_reals(&o->intervals[0].has_surface, first), scatter, features);
 }
 
 /* t of the samples that wait, for lights that stand somewhere. */
@@ -52,9 +56,8 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
             shade_lanes(&m->s.packet, m->last.gradient, times_waiting(m), &sh);
     }
     if (features & FEATURE_CLASSIC && any(shaded)) {
-        reals S = surfaceness_of(o, property_at(in.surfaceness, x), &sh), factor[3];
-        reals scatter = reals_max(property_at(in.scatter, x), zero);
-        classic_factors(S, &sh, factor);
+        reals scatter = reals_max(property_at(in.scatter, x), zero), factor[3];
+        classic_factors_at(o, x, in.surfaceness, &sh, factor);
         for (int c = 0; c < 3; c++) {
             step->scatter[c] = reals_select(shaded, step->scatter[c] * factor[c], step->scatter[c]);
             step->normal[c] = reals_where(shaded, scatter * sh.normal[c]);
@@ -68,7 +71,7 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
         for (int c = 0; c < 3; c++) {
             reals color = property_at(in.surface_color[c], x);
             if (features & FEATURE_SHADED) {
-                color = reals_where(surface, reals_fma(sh.k[c], color, sh.b[c]));
+                color = reals_where(surface, shaded_color(&sh, c, color, reals_all(1)));
                 step->normal[c] = reals_select(surface, dense * sh.normal[c], step->normal[c]);
             }
             step->surface[c] = dense * color;
@@ -91,68 +94,43 @@ ALWAYS_INLINE void add_steps(March *m, const Step *step, ints mask, reals length
         FOR_LANES(i, mask_bits(mask)) {
             double optical_depth[3] = {0};
             for (int c = 0; c < channels_of(features); c++)
-                optical_depth[c] = doubles_lane(&m->sums.optical_depth[c], (int)i);
-            note_stretch(m, i, step, m->cursor[i], length[i], optical_depth, channels_of(features));
+                optical_depth[c] = doubles_lane(&m->sum.optical_depth[c], (int)i);
+            note_step(m, i, step, m->cursor[i], length[i], optical_depth, channels_of(features));
         }
     for (int c = 0; c < channels_of(features); c++) {
         reals depth = step->extinction[c] * length, passed;
-        light[c] = reals_exp(-doubles_round(&m->sums.optical_depth[c])) * attenuated(depth, &passed) * length;
-        doubles_add(&m->sums.optical_depth[c], depth);
+        light[c] = reals_exp(-doubles_round(&m->sum.optical_depth[c])) * attenuated(depth, &passed) * length;
+        doubles_add(&m->sum.optical_depth[c], depth);
     }
+    Light seen;
     for (int c = 0; c < 3; c++) {
         reals transmittance = light[features & FEATURE_COLOURED ? c : 0];
-        reals scatter = transmittance * step->scatter[c], emit = transmittance * step->emit[c],
-            surface = transmittance * step->surface[c];
-        doubles_add(&m->sums.color[c], (scatter + emit) + surface);
-        if (features & FEATURE_EXTRA) {
-            doubles_add(&m->sums.scatter[c], scatter);
-            doubles_add(&m->sums.emit[c], emit);
-            doubles_add(&m->sums.surface[c], surface);
-            if (features & FEATURE_SHADED)
-                doubles_add(&m->sums.normal[c], light[0] * step->normal[c]);
-        }
+        seen.scatter[c] = transmittance * step->scatter[c];
+        seen.emit[c] = transmittance * step->emit[c];
+        seen.surface[c] = transmittance * step->surface[c];
+        if (features & FEATURE_SHADED)
+            seen.normal[c] = light[0] * step->normal[c];
+        doubles_add(&m->sum.color[c], (seen.scatter[c] + seen.emit[c]) + seen.surface[c]);
     }
-    terminate_rays(m, mask, features);
+    add_layers(&m->sum, &seen, features);
+    end_opaque_marches(m, mask, features);
 }
 
 /* ---- Isosurfaces ---- */
 
-static void cross(March *m, unsigned i, const Isosurface *isosurface, double t, unsigned features)
+static void cross_between_samples(March *m, unsigned i, const Isosurface *isosurface, double t, unsigned features)
 {
-    VolRadiance *out = &m->s.packet.out[i];
+    RayPacket *l = &m->s.packet;
     Shading sh;
-    double optical_depth[3] = {0};
-    int channels = channels_of(features);
     if (features & FEATURE_SHADED) {
         Place place = place_of_time(&m->s, i, t);
         real there[3];
-        gradient_at(&m->s, &place, there);
+        traversal_gradient(&m->s.way, l, &place, there);
         reals gradient[3] = {reals_all(there[0]), reals_all(there[1]), reals_all(there[2])};
-        shade_lanes(&m->s.packet, gradient, reals_all((real)t), &sh);
+        shade_lanes(l, gradient, reals_all((real)t), &sh);
     }
-    for (int c = 0; c < channels; c++)
-        optical_depth[c] = doubles_lane(&m->sums.optical_depth[c], (int)i);
-    for (int c = 0; c < 3; c++) {
-        real color = features & FEATURE_SHADED ? real_fma(sh.k[c][i], isosurface->color[c], sh.b[c][i])
-            : isosurface->color[c];
-        double part = vol_exp(-optical_depth[c < channels ? c : 0]) * isosurface->opacity * (double)color;
-        out->surface[c] += part;
-        doubles_set(&m->sums.color[c], (int)i, doubles_lane(&m->sums.color[c], (int)i) + part);
-        if (features & FEATURE_SHADED)
-            out->normal[c] += vol_exp(-optical_depth[0]) * isosurface->opacity * (double)sh.normal[c][i];
-    }
-    for (int c = 0; c < channels; c++) {
-        optical_depth[c] += isosurface->mu;
-        doubles_set(&m->sums.optical_depth[c], (int)i, optical_depth[c]);
-    }
-    if (isinf(out->depth) && mean_transmittance(optical_depth, channels) <= 0.5)
-        out->depth = t;
-    if (m->s.packet.scene->trace) {
-        VolTraceStep traced = {t, t, (double)isosurface->value, (double)isosurface->value, isosurface->mu,
-                               (size_t)(isosurface - m->s.packet.tables->isosurfaces), "isosurface"};
-        m->s.packet.scene->trace(m->s.packet.scene->trace_user, &traced);
-    }
-    terminate_rays(m, mask_of(1u << i), features);
+    cross_isosurface(&m->sum, l, i, isosurface, t, features & FEATURE_SHADED ? &sh : NULL, features);
+    end_opaque_marches(m, mask_of(1u << i), features);
 }
 
 /* The step that lane i waits for, up to t. */
@@ -179,7 +157,7 @@ static void cross_between(March *m, unsigned i, Sample a, Sample b, double from,
             continue;
         add_until(m, i, step, t, features);
         if (m->waiting[i])
-            cross(m, i, isosurface, t, features);
+            cross_between_samples(m, i, isosurface, t, features);
     }
 }
 
@@ -216,7 +194,7 @@ ALWAYS_INLINE void complete(March *m, const Fed *next, ints mask, unsigned featu
     Step step = {0};
     if (any(seen))
         classify(m, next, next_valid, seen, features, &step);
-    m->sums.cells -= seen;
+    m->sum.cells -= seen;
     if (features & FEATURE_EXTRA)
         FOR_LANES(i, mask_bits(seen))
             m->cursor[i] = step_begin(&m->s, i, doubles_lane(&here->number, (int)i));
@@ -263,7 +241,7 @@ ALWAYS_INLINE void feed_next(March *m, unsigned features)
     SamplePlaces at;
     Fed next;
     next.v = samples_value(s, &at, &next.valid);
-    next.own = s->visible;
+    next.own = s->way.shows;
     next.interval = intervals_of(o, next.v);
     next.before = m->before;
     next.length = m->length;
@@ -271,18 +249,18 @@ ALWAYS_INLINE void feed_next(March *m, unsigned features)
     if (features & FEATURE_ISO)
         next.isosurfaces_below = count_up_to(o->isosurface_values, o->isosurface_count, next.v, false);
     if (features & FEATURE_SHADED) {
-        ints shaded = next.valid & s->visible & intervals_visible(o, next.interval);
+        ints shaded = next.valid & s->way.shows & intervals_visible(o, next.interval);
         shaded &= shaded_intervals(o, next.interval, features);
         for (int a = 0; a < 3; a++)
             next.gradient[a] = reals_all(0);
         if (any(shaded))
-            samples_gradients(s, &at, shaded, next.gradient);
+            traversal_sample_gradients(&s->way, &s->packet, &at, shaded, next.gradient);
     }
     for (int i = 0; i < LANES; i++)
         doubles_set(&next.number, i, s->first[i] + (double)s->j[i]);
     feed(m, &next, s->visiting, features);
     if (__builtin_expect(s->equals, 0)) /* the others will be counted as they are completed */
-        m->sums.cells += samples_beside(s, s->visiting & next.valid & next.own & intervals_visible(o, next.interval));
+        m->sum.cells += samples_beside(s, s->visiting & next.valid & next.own & intervals_visible(o, next.interval));
     m->before = reals_all((real)s->h);
 }
 

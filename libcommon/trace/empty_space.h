@@ -1,12 +1,33 @@
-/* Which bricks a ray need not enter: found once per scene from the ranges of their values. */
+/* Empty-space skipping: which bricks a ray need not enter, found once from the ranges of their values. */
 #ifndef VOL_TRACE_EMPTY_SPACE_H
 #define VOL_TRACE_EMPTY_SPACE_H
 
-#include "trace/scene.h"
+#include <stdbool.h>
+#include <stdint.h>
 
-/* Fills brick_visible, levels, background_visible, the box around what is visible and the counts.  Without
- * scene->skip all bricks that hold any value are entered. */
-VolStatus vol_empty_space_prepare(VolScene *scene, VolError *err);
-void vol_empty_space_release(VolScene *scene);
+#include "base/status.h"
+#include "volume/grid.h"
+
+struct VolScene;
+
+/* In `brick_visible`: ENTERED though nothing is in it, for a test or for what lies beyond its invalid voxels. */
+enum { VOL_BRICK_LEFT_OUT, VOL_BRICK_ENTERED, VOL_BRICK_SEEN };
+
+/* In `levels`: a block of 2^level bricks a side, aligned, is invisible; or the brick is to be entered. */
+enum { VOL_NODE_LEVEL = 4, VOL_WIDE = 254, VOL_VISIBLE = 255 };
+
+typedef struct VolEmptySpace {
+    uint8_t *brick_visible; /* one per brick of the grid: VOL_BRICK_... */
+    uint8_t *levels;        /* 16^3 per node with bricks of its own: VOL_VISIBLE, or the invisible block around each */
+    bool background_visible;
+    int32_t visible_min[3], visible_max[3]; /* bricks: the box around the visible ones */
+    int margin; /* bricks at the faces of a block of one value that are entered one by one; -1: all are */
+    uint64_t bricks_visible, bricks_skipped;
+} VolEmptySpace;
+
+/* By the scene's field, transfer function, estimator and step; `margin` is the caller's.  Without scene->skip all bricks
+ * that hold any value are entered. */
+VolStatus vol_empty_space_find(const struct VolScene *scene, VolEmptySpace *out, VolError *err);
+void vol_empty_space_free(VolEmptySpace *space);
 
 #endif

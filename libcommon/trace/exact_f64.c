@@ -1,8 +1,9 @@
 /* The exact estimator in double, for any machine. */
 #define VOL_DOUBLE
+#define VOL_TRAVERSAL "trace/grid_traversal_tmpl.h"
 #include "trace/exact_tmpl.h"
 
-void vol_exact_f64(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+void vol_exact_f64(const VolTraceCall *call)
 {
-    trace_exact(scene, scratch, rays, count, out);
+    trace_exact(call);
 }

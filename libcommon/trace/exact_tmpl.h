@@ -1,30 +1,136 @@
 /* The exact estimator: cell by cell, no step.
  *
- * Inside a cell the field on the ray is a cubic in s (trilinear_tmpl.h).  Between two knots of the transfer function
- * extinction is linear in v, hence a cubic in s whose integral, the optical depth, is known in closed form; a soft surface
- * adds |M(v(s)) - M(v(s_a))| on stretches where v is monotone, M being the prefix integral of its extinction per unit of v.
- * So the ray is cut at the cell's faces, at the knots and (for surfaces and isosurfaces) where v turns, and each piece
- * adds
- *     tau += tau(piece),     color += exp(-tau) int q(s) exp(-tau(s)) ds
- * with q = c_scatter mu_scatter + e + c_surface mu_surface |v'(s)|, by Gauss-Legendre on stretches of optical depth at
- * most 1 (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).
- * Shaded pieces end where the normal flips or turns to or from a light, roots of cubics too, and where it has turned far
- * (subintervals_tmpl.h).  An isosurface is a factor exp(-mu_k) at its crossing.  Optical depth and colour are summed in
- * double, and exp(-tau) is taken anew for each piece, so that no product of many factors near 1 is ever formed.
+ * Inside a cell the field on the ray is a cubic in s (of a grid: trilinear_tmpl.h).  Between two knots of the transfer
+ * function extinction is linear in v, hence a cubic in s whose integral, the optical depth, is known in closed form; a soft
+ * surface adds |M(v(s)) - M(v(s_a))| where v is monotone, M being the prefix integral of its extinction per unit of v.
+ * So the ray is cut at the cell's faces, at the knots and (for surfaces and isosurfaces) where v turns, into segments, and
+ * these into sub-intervals, each of which adds
+ *     tau += tau(sub-interval),     color += exp(-tau) int q(s) exp(-tau(s)) ds
+ * with q = c_scatter mu_scatter + e + c_surface mu_surface |v'(s)|, by Gauss-Legendre over optical depths of at most 1
+ * (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).
+ * Shaded ones end where the normal flips or turns to or from a light, roots of cubics too, and where it has turned far
+ * (subintervals_tmpl.h).  An isosurface is a factor exp(-mu_k) at its crossing.
  *
- * LANES rays go side by side, each from piece to piece of its own cells: all seek a cell with something in it, find
- * where its next piece ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a
- * dense volume.)
+ * LANES rays go side by side, each through sub-intervals of its own cells: all seek a cell with something in it, find where
+ * its next segment ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a dense
+ * volume.)
  *
- * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of terms that a scene
- * may be without. */
-#include "trace/cell_traversal_tmpl.h"
+ * Compiled in files of a few lines each, one per precision and cpu level; and once more for each set of features that a
+ * scene may be without.
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    trace_exact() */
 #include "trace/subintervals_tmpl.h"
 
-/* ---- Where the next stretch ends ---- */
+/* ---- On to the next cell with something in it ---- */
+
+/* Whether an isosurface's value lies between lo and hi (closed). */
+ALWAYS_INLINE ints meets_isosurface(const TfTables *o, reals lo, reals hi)
+{
+    ints before = count_up_to(o->isosurface_values, o->isosurface_count, lo, true);
+    return (ints)(count_up_to(o->isosurface_values, o->isosurface_count, hi, false) > before);
+}
+
+/* Whether anything is to be seen in the cells of `mask`, whose stretches were judged to show nothing but are entered all the
+ * same: their field lies between the stretches' ends, whatever rounding makes of it. */
+MAYBE_UNUSED static ints shows_all_the_same(const Exact *k, ints mask, reals lo, reals hi, unsigned features)
+{
+    const TfTables *o = k->packet.tables;
+    ints low, high;
+    FOR_LANES(i, mask_bits(mask)) {
+        lo[i] = real_clamp(lo[i], k->way.lo[i], k->way.hi[i]);
+        hi[i] = real_clamp(hi[i], k->way.lo[i], k->way.hi[i]);
+    }
+    intervals_around(o, lo, hi, &low, &high);
+    ints touching = (ints)(low < high) & (ints)(hi == gather_reals(o->edges, high));
+    return range_shows(o, lo, hi, low, high, touching, features);
+}
+
+/* What lanes integrate from now on. */
+ALWAYS_INLINE void take_cells(Exact *k, ints mask, const Cell *cell, const CellPlace *place, ints low, ints many,
+                              unsigned features)
+{
+    const TfTables *o = k->packet.tables;
+    if (any(mask & many)) {
+        reals turn[2];
+        turning_points(&cell->v, &turn[0], &turn[1]);
+        k->turn[0] = reals_select(mask, turn[0], k->turn[0]);
+        k->turn[1] = reals_select(mask, turn[1], k->turn[1]);
+        low = ints_select(many, intervals_of(o, cell->entry), low);
+        k->exit = reals_select(mask, cell->exit, k->exit);
+        k->leg_begun &= ~mask;
+        k->turns_passed &= ~mask;
+    }
+    cubic_replace(&k->v, mask, &cell->v);
+    traversal_keep_cells(&k->place, mask, place, features);
+    k->gradients_known &= ~mask;
+    k->begin = reals_select(mask, cell->begin, k->begin);
+    k->length = reals_select(mask, cell->length, k->length);
+    k->many = ints_select(mask, many, k->many);
+    k->interval = ints_select(mask, low, k->interval);
+    k->va = reals_select(mask, cell->entry, k->va);
+    k->s = reals_select(mask, reals_all(0), k->s);
+    k->done = reals_select(mask, reals_all(1), k->done); /* the first segment is to be planned */
+    k->in_cell |= mask;
+    k->sum.cells -= mask;
+}
+
+/* Looks at the next cell of each lane of `mask`: those with something in it are in that cell from now on. */
+ALWAYS_INLINE void look_at_cells(Exact *k, ints mask, unsigned features)
+{
+    const TfTables *o = k->packet.tables;
+    const bool bounded = features & FEATURE_ISO || o->jumps;
+    Cell cell;
+    CellPlace place;
+    ints met = traversal_next_cells(&k->way, &k->packet, mask, bounded, features, &cell, &place), meets_iso = {0};
+    reals lo = cell.lo, hi = cell.hi;
+    if (bounded) {
+        k->least = reals_select(met, cell.least, k->least);
+        k->most = reals_select(met, cell.most, k->most);
+    }
+    if (features & FEATURE_ISO) {
+        meets_iso = meets_isosurface(o, lo, hi);
+        k->meets_iso = ints_select(met, meets_iso, k->meets_iso);
+    }
+    ints low, high;
+    intervals_around(o, lo, hi, &low, &high);
+    ints first_visible = gather_ints(o->next_visible, low);
+    ints visible = (ints)(first_visible <= high), constant = met & visible & (ints)(lo == hi);
+    /* Unshaded, a cell's light costs less than looking at one cell more. */
+    if (features & FEATURE_SHADED && any(constant))
+        visible &= ~constant | particles_at(o, low, lo, features);
+    ints judged = met & visible & ~k->way.shows;
+    if (__builtin_expect(any(judged), 0))
+        visible &= ~judged | shows_all_the_same(k, judged, lo, hi, features);
+    ints seen = met & (visible | meets_iso);
+    k->packet.scratch->skipped.cells_met += (unsigned)__builtin_popcount(mask_bits(met));
+    if (!any(seen))
+        return;
+    ints many = (ints)(low != high) | meets_iso;
+    if (features & FEATURE_SURFACE)
+        many |= (ints)(gather_reals(&o->intervals[0].has_surface, low * INTERVAL_REALS) > 0);
+    take_cells(k, seen, &cell, &place, low, many, features);
+}
+
+/* Every lane that is in no cell goes on until it is, or its ray has ended. */
+ALWAYS_INLINE void traverse(Exact *k, unsigned features)
+{
+    for (;;) {
+        ints wanted = k->packet.alive & ~k->in_cell;
+        if (!any(wanted))
+            return;
+        FOR_LANES(i, mask_bits(wanted & ~k->way.in_stretch))
+            traversal_enter_cells(&k->way, &k->packet, i, features);
+        wanted &= k->packet.alive;
+        if (any(wanted))
+            look_at_cells(k, wanted, features);
+    }
+}
+
+/* ---- Where the next segment ends ---- */
 
 /* The field at a turning point: within the cell's corners, whatever rounding makes of the cubic. */
-ALWAYS_INLINE reals value_at_turn(const Cells *k, reals v, unsigned features)
+ALWAYS_INLINE reals value_at_turn(const Exact *k, reals v, unsigned features)
 {
     if (features & FEATURE_ISO || k->packet.tables->jumps)
         v = reals_min(reals_max(v, k->least), k->most);
@@ -32,7 +138,7 @@ ALWAYS_INLINE reals value_at_turn(const Cells *k, reals v, unsigned features)
 }
 
 /* The lanes of `mask` begin their next leg: up to the next turning point, or the cell's exit. */
-ALWAYS_INLINE void begin_legs(Cells *k, ints mask, unsigned features)
+ALWAYS_INLINE void begin_legs(Exact *k, ints mask, unsigned features)
 {
     reals one = reals_all(1);
     reals end = reals_select((ints)(k->turns_passed == 0), k->turn[0],
@@ -43,8 +149,8 @@ ALWAYS_INLINE void begin_legs(Cells *k, ints mask, unsigned features)
     k->leg_begun |= mask;
 }
 
-/* The stretch ends with the leg, or before that at a knot. */
-static void plan_knots(Cells *k, ints mask)
+/* The segment ends with the leg, or before that at a knot. */
+static void plan_knots(Exact *k, ints mask)
 {
     const real *edges = k->packet.tables->edges;
     ints rising = (ints)(k->leg_v > k->va), falling = (ints)(k->leg_v < k->va);
@@ -80,7 +186,7 @@ static bool next_isosurface(const TfTables *o, bool rising, real va, real vb, si
 }
 
 /* As plan_knots, for one lane in a cell with isosurfaces: knots and isosurfaces are met in the order of v. */
-static void plan_crossings(Cells *k, unsigned i)
+static void plan_crossings(Exact *k, unsigned i)
 {
     const TfTables *o = k->packet.tables;
     real va = k->va[i], vb = k->leg_v[i];
@@ -106,9 +212,9 @@ static void plan_crossings(Cells *k, unsigned i)
     k->stop_step[i] = iso ? 0 : rising ? 1 : -1;
 }
 
-/* v along the stretches of `mask`, about their beginnings.  It arrives at stop_v: where a cell runs through so many values
- * that rounding blurs the few of this stretch, what is left of the cubic is a straight line. */
-static void set_run(Cells *k, ints mask)
+/* v along the segments of `mask`, about their beginnings.  It arrives at stop_v: where a cell runs through so many values
+ * that rounding blurs the few of this segment, what is left of the cubic is a straight line. */
+static void set_run(Exact *k, ints mask)
 {
     reals ds = k->stop - k->s, change = k->stop_v - k->va, zero = reals_all(0);
     reals a1 = ds * cubic_slope(&k->v, k->s), a2 = ds * ds * reals_fma(3 * k->v.a3, k->s, k->v.a2);
@@ -119,7 +225,7 @@ static void set_run(Cells *k, ints mask)
     cubic_replace(&k->run, mask, &run);
 }
 
-ALWAYS_INLINE void plan(Cells *k, unsigned features)
+ALWAYS_INLINE void plan(Exact *k, unsigned features)
 {
     ints wanted = k->in_cell & (ints)(k->done >= 1), cut = wanted & k->many;
     if (!any(wanted))
@@ -144,103 +250,76 @@ ALWAYS_INLINE void plan(Cells *k, unsigned features)
     cubic_replace(&k->run, whole, &k->v);
 }
 
-/* ---- Pieces ---- */
+/* ---- Sub-intervals ---- */
 
-static void optical_depths_of(const Cells *k, unsigned i, unsigned features, double optical_depth[3])
+typedef struct SubIntervalSoFar {
+    const SubInterval *part;
+    double before[3]; /* optical depth in front of it */
+    unsigned features;
+} SubIntervalSoFar;
+
+MAYBE_UNUSED static void depth_of_sub_interval(const void *part, unsigned i, double u, double optical_depth[3])
 {
-    for (int c = 0; c < channels_of(features); c++)
-        optical_depth[c] = doubles_lane(&k->sums.optical_depth[c], (int)i);
+    const SubIntervalSoFar *s = part;
+    for (int c = 0; c < channels_of(s->features); c++)
+        optical_depth[c] = s->before[c] + (double)optical_depth_to(s->part, s->features, c, reals_all((real)u))[i];
 }
 
-/* The depth layer: where the mean transmittance falls to one half within the piece. */
-static void find_depth(Cells *k, const SubInterval *p, unsigned features, unsigned i)
+/* What only layers and listeners ask for. */
+MAYBE_UNUSED static void note_sub_interval(Exact *k, const SubInterval *p, const Properties *in, ints mask,
+                                           unsigned features)
 {
-    int channels = channels_of(features);
-    double lo = 0, hi = 1, start[3], end[3];
-    optical_depths_of(k, i, features, start);
-    for (int n = -1; n < 48; n++) {
-        double mid = n < 0 ? 1 : 0.5 * (lo + hi);
-        for (int c = 0; c < channels; c++)
-            end[c] = start[c] + (double)optical_depth_to(p, features, c, reals_all((real)mid))[i];
-        if (mean_transmittance(end, channels) > 0.5) {
-            if (n < 0)
-                return;
-            lo = mid;
-        } else
-            hi = mid;
-    }
-    k->packet.out[i].depth = k->packet.span[i].t0 + (double)k->u0[i] +
-                            (double)k->length[i] * ((double)p->sa[i] + (double)p->ds[i] * hi);
-}
-
-static void report(const Cells *k, unsigned i, const real s[2], const real v[2], double optical_depth, size_t number,
-                   const char *what)
-{
-    VolTraceStep step = {cell_time(k, i, s[0]), cell_time(k, i, s[1]), (double)v[0], (double)v[1], optical_depth, number,
-                         what};
-    k->packet.scene->trace(k->packet.scene->trace_user, &step);
-}
-
-/* What only layers and traces ask for. */
-static void note_sub_interval(Cells *k, const SubInterval *p, const Properties *in, ints mask, unsigned features)
-{
-    const VolScene *scene = k->packet.scene;
+    RayPacket *l = &k->packet;
     FOR_LANES(i, mask_bits(mask)) {
-        if (scene->layers & VOL_LAYER_Z && isinf(k->packet.out[i].depth))
-            find_depth(k, p, features, i);
-        if (scene->trace) {
+        SubIntervalSoFar so_far = {.part = p, .features = features};
+        if (wants_depth(l, i)) {
+            optical_depths_of(&k->sum, i, features, so_far.before);
+            double share = share_up_to_half(depth_of_sub_interval, &so_far, i, channels_of(features));
+            if (share <= 1)
+                l->out[i].depth = stretch_begin(&k->way, i) + (double)k->begin[i] +
+                                  (double)k->length[i] * ((double)p->sa[i] + (double)p->ds[i] * share);
+        }
+        if (l->listener) {
             reals last = p->x0 + run_of(p, reals_all(1));
-            report(k, i, (real[]){p->sa[i], p->sa[i] + p->ds[i]}, (real[]){in->ref[i] + p->x0[i], in->ref[i] + last[i]},
-                   (double)optical_depth_to(p, features, 0, reals_all(1))[i], (size_t)k->interval[i],
-                   in->has_surface[i] > 0 ? "surface" : "particles");
+            tell(l, &(VolTraceStep){cell_time(k, i, p->sa[i]), cell_time(k, i, p->sa[i] + p->ds[i]),
+                                    (double)(in->ref[i] + p->x0[i]), (double)(in->ref[i] + last[i]),
+                                    (double)optical_depth_to(p, features, 0, reals_all(1))[i], (size_t)k->interval[i],
+                                    in->has_surface[i] > 0 ? "surface" : "particles"});
         }
     }
 }
 
-/* Lanes through which nothing can be seen any more have ended. */
-ALWAYS_INLINE void terminate_rays(Cells *k, ints mask, unsigned features)
+static inline void end_opaque_rays(Exact *k, ints mask, unsigned features)
 {
-    reals least = reals_all(INFINITY);
-    for (int c = 0; c < channels_of(features); c++) {
-        k->optical_depth_so_far[c] = doubles_round(&k->sums.optical_depth[c]);
-        least = reals_min(k->optical_depth_so_far[c], least);
-    }
-    ints dark = mask & (ints)(least > k->packet.termination_depth);
-    if (!any(dark))
-        return;
-    k->packet.scratch->skipped.rays_ended += (unsigned)__builtin_popcount(mask_bits(dark));
-    k->packet.alive &= ~dark;
-    k->in_cell &= ~dark;
+    k->in_cell &= ~terminate_rays(&k->sum, &k->packet, mask, features);
 }
 
-ALWAYS_INLINE void add_light_of(Cells *k, const SubInterval *p, const SubIntervalLight *sum, ints mask, unsigned features)
+/* Behind what is dark in one channel nothing is seen in that one. */
+ALWAYS_INLINE void add_light_of(Exact *k, const SubInterval *p, const Light *sent, ints mask, unsigned features)
 {
     reals zero = reals_all(0), transmittance[3];
+    Light seen;
     ints first = features & FEATURE_COLOURED ? mask & channel_is_lit(k, 0) : mask;
     for (int c = 0; c < channels_of(features); c++)
-        transmittance[c] = reals_exp(-k->optical_depth_so_far[c]);
+        transmittance[c] = reals_exp(-k->sum.reached[c]);
     for (int c = 0; c < 3; c++) {
         reals T = transmittance[features & FEATURE_COLOURED ? c : 0];
-        ints seen = features & FEATURE_COLOURED ? mask & channel_is_lit(k, c) : mask;
-        reals scatter = reals_where(seen, T * (p->length * sum->scatter[c])), all = scatter;
-        reals emit = zero, surface = zero;
+        ints lit = features & FEATURE_COLOURED ? mask & channel_is_lit(k, c) : mask;
+        reals all = seen.scatter[c] = reals_where(lit, T * (p->length * sent->scatter[c]));
+        seen.emit[c] = seen.surface[c] = zero;
         if (features & FEATURE_EMIT)
-            all += emit = reals_where(seen, T * (p->length * sum->emit[c]));
+            all += seen.emit[c] = reals_where(lit, T * (p->length * sent->emit[c]));
         if (features & FEATURE_SURFACE)
-            all += surface = reals_where(seen, T * sum->surface[c]);
-        doubles_add(&k->sums.color[c], all);
-        if (features & FEATURE_EXTRA) {
-            doubles_add(&k->sums.scatter[c], scatter);
-            doubles_add(&k->sums.emit[c], emit);
-            doubles_add(&k->sums.surface[c], surface);
-        }
-        if (features & FEATURE_EXTRA && features & FEATURE_SHADED)
-            doubles_add(&k->sums.normal[c], reals_where(first, transmittance[0] * sum->normal[c]));
+            all += seen.surface[c] = reals_where(lit, T * sent->surface[c]);
+        if (features & FEATURE_SHADED)
+            seen.normal[c] = reals_where(first, transmittance[0] * sent->normal[c]);
+        doubles_add(&k->sum.color[c], all);
     }
+    add_layers(&k->sum, &seen, features);
 }
 
-/* To the end of the stretch, or as far as an optical depth of 1 or the bends of the gradient allow. */
-ALWAYS_INLINE void integrate(Cells *k, unsigned features)
+/* To the end of the segment, or as far as an optical depth of 1 or the bends of the gradient allow. */
+ALWAYS_INLINE void integrate(Exact *k, unsigned features)
 {
     const reals one = reals_all(1);
     ints mask = k->in_cell & (ints)(k->done < 1);
@@ -250,15 +329,13 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned features)
         return;
     Properties in;
     SubInterval p;
-    SubIntervalLight light;
+    Light light;
     load_properties(k->packet.tables, k->interval, seen, features, &in);
     reals end = one;
-    ints surfaces = seen & (ints)(in.has_surface > 0); /* or what else needs the gradient */
-    if (features & FEATURE_CLASSIC)
-        surfaces |= seen & ((ints)(in.scatter[0] != 0) | (ints)(in.scatter[1] != 0));
-    if (features & FEATURE_SHADED && any(surfaces)) {
-        take_gradients(k, surfaces);
-        end = reals_select(surfaces, end_of_gentle_turn(k, surfaces), end);
+    ints shaded = seen & needs_gradient(in.has_surface, in.scatter, features);
+    if (features & FEATURE_SHADED && any(shaded)) {
+        take_gradients(k, shaded);
+        end = reals_select(shaded, end_of_gentle_turn(k, shaded), end);
     }
     cut_sub_interval(k, &in, features, end, &p);
     reals optical_depth = largest_optical_depth(k, &p, features);
@@ -276,7 +353,7 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned features)
     }
     const unsigned plain = features & ~(unsigned)(FEATURE_SHADED | FEATURE_CLASSIC | FEATURE_SURFACE);
     dense = seen & (ints)(optical_depth > 1);
-    if (plain == features || !any(surfaces))
+    if (plain == features || !any(shaded))
         sub_interval_light(k, &in, &p, dense, plain, &light);
     else
         sub_interval_light(k, &in, &p, dense, features, &light);
@@ -284,48 +361,23 @@ ALWAYS_INLINE void integrate(Cells *k, unsigned features)
     if (features & FEATURE_EXTRA)
         note_sub_interval(k, &p, &in, seen, features);
     for (int c = 0; c < channels_of(features); c++)
-        doubles_add(&k->sums.optical_depth[c], reals_where(seen, optical_depth_to(&p, features, c, reals_all(1))));
+        doubles_add(&k->sum.optical_depth[c], reals_where(seen, optical_depth_to(&p, features, c, reals_all(1))));
     k->done = reals_select(seen, end, k->done);
-    terminate_rays(k, seen, features);
+    end_opaque_rays(k, seen, features);
 }
 
 /* ---- Isosurfaces ---- */
 
-static void cross(Cells *k, unsigned i, const Isosurface *isosurface, const Shading *sh, unsigned features)
-{
-    VolRadiance *out = &k->packet.out[i];
-    double optical_depth[3];
-    optical_depths_of(k, i, features, optical_depth);
-    for (int c = 0; c < 3; c++) {
-        real color = features & FEATURE_SHADED ? real_fma(sh->k[c][i], isosurface->color[c], sh->b[c][i])
-            : isosurface->color[c];
-        double part = vol_exp(-optical_depth[c < channels_of(features) ? c : 0]) * isosurface->opacity * (double)color;
-        out->surface[c] += part;
-        doubles_set(&k->sums.color[c], (int)i, doubles_lane(&k->sums.color[c], (int)i) + part);
-        if (features & FEATURE_SHADED)
-            out->normal[c] += vol_exp(-optical_depth[0]) * isosurface->opacity * (double)sh->normal[c][i];
-    }
-    for (int c = 0; c < channels_of(features); c++) {
-        optical_depth[c] += isosurface->mu;
-        doubles_set(&k->sums.optical_depth[c], (int)i, optical_depth[c]);
-    }
-    if (isinf(out->depth) && mean_transmittance(optical_depth, channels_of(features)) <= 0.5)
-        out->depth = cell_time(k, i, k->s[i]);
-    if (k->packet.scene->trace)
-        report(k, i, (real[]){k->s[i], k->s[i]}, (real[]){isosurface->value, isosurface->value}, isosurface->mu,
-               (size_t)(isosurface - k->packet.tables->isosurfaces), "isosurface");
-}
-
-static bool ray_is_opaque(const Cells *k, unsigned i, unsigned features)
+MAYBE_UNUSED static bool ray_is_opaque(const Exact *k, unsigned i, unsigned features)
 {
     double optical_depth[3], least = INFINITY;
-    optical_depths_of(k, i, features, optical_depth);
+    optical_depths_of(&k->sum, i, features, optical_depth);
     for (int c = 0; c < channels_of(features); c++)
         least = fmin(least, optical_depth[c]);
     return (real)least > k->packet.termination_depth[i];
 }
 
-static void cross_all(Cells *k, ints mask, unsigned features)
+MAYBE_UNUSED static void cross_all(Exact *k, ints mask, unsigned features)
 {
     Shading sh;
     ints crossing = {0};
@@ -339,14 +391,15 @@ static void cross_all(Cells *k, ints mask, unsigned features)
     }
     FOR_LANES(i, mask_bits(crossing)) {
         for (size_t n = k->event_first[i]; n < k->event_last[i] && !ray_is_opaque(k, i, features); n++)
-            cross(k, i, &k->packet.tables->isosurfaces[n], &sh, features);
+            cross_isosurface(&k->sum, &k->packet, i, &k->packet.tables->isosurfaces[n], cell_time(k, i, k->s[i]),
+                             features & FEATURE_SHADED ? &sh : NULL, features);
         k->event_first[i] = k->event_last[i] = 0;
     }
-    terminate_rays(k, crossing, features);
+    end_opaque_rays(k, crossing, features);
 }
 
-/* Lanes that reached the end of their stretch: on to the next, or out of the cell. */
-ALWAYS_INLINE void arrive(Cells *k, unsigned features)
+/* Lanes that reached the end of their segment: on to the next, or out of the cell. */
+ALWAYS_INLINE void arrive(Exact *k, unsigned features)
 {
     ints there = k->in_cell & (ints)(k->done >= 1);
     k->s = reals_select(there, k->stop, k->s);
@@ -364,7 +417,7 @@ ALWAYS_INLINE void arrive(Cells *k, unsigned features)
 
 /* ---- Rays ---- */
 
-ALWAYS_INLINE void trace_lanes(Cells *k, unsigned features)
+ALWAYS_INLINE void trace_lanes(Exact *k, unsigned features)
 {
     for (;;) {
         traverse(k, features);
@@ -374,7 +427,7 @@ ALWAYS_INLINE void trace_lanes(Cells *k, unsigned features)
         integrate(k, features);
         arrive(k, features);
     }
-    store_sums(&k->sums, &k->packet);
+    store_sums(&k->sum, &k->packet);
 }
 
 static void trace_particles(void *k) { trace_lanes(k, 0); }
@@ -386,20 +439,27 @@ static void trace_unshaded(void *k) { trace_lanes(k, ALL_FEATURES); }
 static void trace_shaded(void *k) { trace_lanes(k, ALL_FEATURES | FEATURE_SHADED); }
 static void trace_classic(void *k) { trace_lanes(k, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
 
-static void trace_exact(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+static void exact_begin(Exact *k, const VolTraceCall *call, size_t first)
+{
+    memset(k, 0, sizeof *k);
+    packet_begin(&k->packet, call, first);
+    traversal_begin(&k->way, &k->packet);
+}
+
+static void trace_exact(const VolTraceCall *call)
 {
     static const FeaturesKernel kernels[] = {{0, trace_particles},
-                                          {FEATURE_EMIT | FEATURE_COLOURED, trace_emission},
-                                          {FEATURE_SURFACE, trace_surfaces},
-                                          {FEATURE_SURFACE | FEATURE_SHADED, trace_shaded_surfaces},
-                                          {FEATURE_ISO | FEATURE_SHADED, trace_shaded_isosurfaces},
-                                          {ALL_FEATURES, trace_unshaded},
-                                          {ALL_FEATURES | FEATURE_SHADED, trace_shaded},
-                                          {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, trace_classic}};
-    const FeaturesKernel *kernel = kernel_for(scene, kernels);
-    for (size_t i = 0; i < count; i += LANES) {
-        Cells k;
-        cells_begin(&k, scene, scratch, rays + i, count - i < LANES ? count - i : LANES, out + i);
+                                             {FEATURE_EMIT | FEATURE_COLOURED, trace_emission},
+                                             {FEATURE_SURFACE, trace_surfaces},
+                                             {FEATURE_SURFACE | FEATURE_SHADED, trace_shaded_surfaces},
+                                             {FEATURE_ISO | FEATURE_SHADED, trace_shaded_isosurfaces},
+                                             {ALL_FEATURES, trace_unshaded},
+                                             {ALL_FEATURES | FEATURE_SHADED, trace_shaded},
+                                             {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, trace_classic}};
+    const FeaturesKernel *kernel = kernel_for(call, kernels, sizeof kernels / sizeof *kernels);
+    for (size_t i = 0; i < call->count; i += LANES) {
+        Exact k;
+        exact_begin(&k, call, i);
         kernel->trace(&k);
     }
 }

@@ -14,7 +14,10 @@
  * each from numbers (x, 1 - x, y - x) whose small ones are no differences of large ones: what is scaled up from next to no
  * opacity is right too, and 4096 nodes cost no digits.  Lanes that the table does not cover
  * (beyond the nodes or the band, dense bins, another length than the table's step, coloured attenuation) go one by one
- * through VolPreint.  Include packet_tmpl.h first. */
+ * through VolPreint.
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    LookupEnd, SegmentParts, find_end(), something_between(), look_up_full(), look_up_integrals() */
 #ifndef VOL_TRACE_LOOKUP_TMPL_H
 #define VOL_TRACE_LOOKUP_TMPL_H
 
@@ -32,7 +35,7 @@ typedef struct LookupEnd {
 
 /* Opacities and premultiplied colours, as in VolPreintSegment.  Integrals: all surfaces stand in the first group. */
 typedef struct SegmentParts {
-    reals depth[3];
+    reals optical_depth[3];
     reals front_c[3], front_a[3], back_c[3], back_a[3];
     reals particles_c[3], particles_a;
     reals where; /* integrals: the place of the surface that stands for all, 0 at the front, 1 at the back */
@@ -259,7 +262,7 @@ ALWAYS_INLINE ints look_up_table(const TfTables *o, const LookupEnd *a, const Lo
     if (features & FEATURE_SURFACE)
         depth += surface;
     for (int c = 0; c < 3; c++)
-        out->depth[c] = depth;
+        out->optical_depth[c] = depth;
     reals sum = group[0][3];
     if (features & FEATURE_SURFACE)
         sum += group[1][3] + group[2][3];
@@ -292,7 +295,7 @@ static void look_up_one(const VolScene *scene, const LookupEnd *a, const LookupE
     else
         vol_preint_segment(scene->tf, (double)a->v[i], (double)b->v[i], length, &s);
     for (int c = 0; c < 3; c++) {
-        out->depth[c][i] = (real)s.depth[c];
+        out->optical_depth[c][i] = (real)s.depth[c];
         out->front_c[c][i] = (real)s.fw_c[c];
         out->front_a[c][i] = (real)s.fw_a[c];
         out->back_c[c][i] = (real)s.bw_c[c];
@@ -399,10 +402,10 @@ ALWAYS_INLINE void add_between(const TfTables *o, const KnotsBetween *k, const L
     }
 }
 
-ALWAYS_INLINE void look_up_integrals(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, reals length, ints mask,
-                                     unsigned features, SegmentParts *out)
+ALWAYS_INLINE void look_up_integrals(const VolPrepared *prepared, const LookupEnd *a, const LookupEnd *b, reals length,
+                                     ints mask, unsigned features, SegmentParts *out)
 {
-    const TfTables *o = SCENE_TABLES(scene);
+    const TfTables *o = PREPARED_TABLES(prepared);
     const reals zero = reals_all(0), one = reals_all(1), half = reals_all((real)0.5);
     reals change = reals_abs(b->v - a->v);
     ints apart = mask & (ints)(a->interval != b->interval);
@@ -423,10 +426,10 @@ ALWAYS_INLINE void look_up_integrals(const VolScene *scene, const LookupEnd *a, 
         add_between(o, &k, a, b, features, &sum);
     }
     for (int c = 0; c < (features & FEATURE_COLOURED ? 3 : 1); c++)
-        out->depth[c] = reals_fma(sum.extinction[c], length, sum.surface);
+        out->optical_depth[c] = reals_fma(sum.extinction[c], length, sum.surface);
     for (int c = 0; c < 3; c++) {
         int channel = features & FEATURE_COLOURED ? c : 0;
-        reals phi = phi_of(out->depth[channel]);
+        reals phi = phi_of(out->optical_depth[channel]);
         out->particles_c[c] = sum.source[c] * length * phi;
         if (c == 0)
             out->particles_a = sum.extinction[0] * length * phi;
@@ -446,10 +449,10 @@ ALWAYS_INLINE void look_up_integrals(const VolScene *scene, const LookupEnd *a, 
 
 /* Below the first knot and above the last nothing depends on v: the integrals are exact there, and no table reaches.  The
  * lanes of `mask` that lie there, without surfaces. */
-ALWAYS_INLINE ints look_up_beyond(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, reals length, ints mask,
-                                  unsigned features, SegmentParts *out)
+ALWAYS_INLINE ints look_up_beyond(const VolPrepared *prepared, const LookupEnd *a, const LookupEnd *b, reals length,
+                                  ints mask, unsigned features, SegmentParts *out)
 {
-    const TfTables *o = SCENE_TABLES(scene);
+    const TfTables *o = PREPARED_TABLES(prepared);
     const reals zero = reals_all(0);
     ints end = (ints)(a->interval == 0) | (ints)(a->interval == (lane_int)o->knot_count);
     ints beyond = mask & end & (ints)(a->interval == b->interval);
@@ -458,10 +461,10 @@ ALWAYS_INLINE ints look_up_beyond(const VolScene *scene, const LookupEnd *a, con
     beyond &= (ints)(gather_reals(&o->intervals[0].has_surface, (a->interval & beyond) * INTERVAL_REALS) == 0);
     SegmentParts parts;
     memset(&parts, 0, sizeof parts);
-    look_up_integrals(scene, a, b, length, beyond, features & ~(unsigned)FEATURE_SURFACE, &parts);
+    look_up_integrals(prepared, a, b, length, beyond, features & ~(unsigned)FEATURE_SURFACE, &parts);
     for (int c = 0; c < 3; c++) {
-        reals depth = parts.depth[features & FEATURE_COLOURED ? c : 0];
-        out->depth[c] = reals_select(beyond, depth, out->depth[c]);
+        reals depth = parts.optical_depth[features & FEATURE_COLOURED ? c : 0];
+        out->optical_depth[c] = reals_select(beyond, depth, out->optical_depth[c]);
         out->particles_c[c] = reals_select(beyond, parts.particles_c[c], out->particles_c[c]);
         out->front_c[c] = reals_select(beyond, zero, out->front_c[c]);
         out->front_a[c] = reals_select(beyond, zero, out->front_a[c]);
@@ -473,10 +476,11 @@ ALWAYS_INLINE ints look_up_beyond(const VolScene *scene, const LookupEnd *a, con
 }
 
 /* Segments of the scene's own step (`own`) or of any length. */
-ALWAYS_INLINE void look_up_full(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, const Doubles *length,
+ALWAYS_INLINE void look_up_full(const VolPrepared *prepared, const LookupEnd *a, const LookupEnd *b, const Doubles *length,
                                 ints own, ints mask, unsigned features, SegmentParts *out)
 {
-    const TfTables *o = SCENE_TABLES(scene);
+    const VolScene *scene = prepared->scene;
+    const TfTables *o = PREPARED_TABLES(prepared);
     ints known = {0};
     if (o->lookup.entries)
         known = look_up_table(o, a, b, mask & own, features, (real)scene->step, out);
@@ -484,7 +488,7 @@ ALWAYS_INLINE void look_up_full(const VolScene *scene, const LookupEnd *a, const
         memset(out, 0, sizeof *out);
     if (any(mask & ~known)) {
         reals own_step = reals_all((real)scene->step);
-        known |= look_up_beyond(scene, a, b, reals_select(own, own_step, doubles_round(length)), mask & ~known, features,
+        known |= look_up_beyond(prepared, a, b, reals_select(own, own_step, doubles_round(length)), mask & ~known, features,
                                 out);
     }
     FOR_LANES(i, mask_bits(mask & ~known))

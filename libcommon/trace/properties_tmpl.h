@@ -1,10 +1,77 @@
-/* What the transfer function has where LANES rays are: the terms of the intervals that hold their values.
- * Include packet_tmpl.h first. */
+/* What the transfer function has where the rays are: intervals found, and the lines of their properties loaded.
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    count_up_to(), intervals_of(), intervals_around(), intervals_visible(); Properties, load_properties(),
+ *             load_interval(), property_at(); particles_at(), range_shows(); channels_of() */
 #ifndef VOL_TRACE_PROPERTIES_TMPL_H
 #define VOL_TRACE_PROPERTIES_TMPL_H
 
-#include "base/fmath.h"
-#include "trace/packet_tmpl.h"
+#include "simd/reals.h"
+#include "trace/tf_tables_tmpl.h"
+
+/* ---- Searching the transfer function ---- */
+
+/* How many of n ascending numbers are <= v (or < v, where `below`). */
+ALWAYS_INLINE ints count_up_to(const real *sorted, size_t n, reals v, bool below)
+{
+    ints found = {0};
+    if (n <= FEW_KNOTS) {
+        for (size_t k = 0; k < n; k++)
+            found -= below ? (ints)(v > sorted[k]) : (ints)(v >= sorted[k]);
+        return found;
+    }
+    for (int i = 0; i < LANES; i++) {
+        size_t lo = 0, hi = n;
+        while (lo < hi) {
+            size_t mid = (lo + hi) / 2;
+            if (below ? sorted[mid] < v[i] : sorted[mid] <= v[i])
+                lo = mid + 1;
+            else
+                hi = mid;
+        }
+        found[i] = (lane_int)lo;
+    }
+    return found;
+}
+
+/* The intervals that hold v: how many knots are <= v. */
+ALWAYS_INLINE ints intervals_of(const TfTables *o, reals v)
+{
+    if (o->knot_count <= FEW_KNOTS)
+        return count_up_to(o->edges + 1, o->knot_count, v, false);
+    reals place = reals_clamp((v - o->bucket_lo) * o->bucket_scale, 0, KNOT_BUCKETS - 1);
+    ints j = gather_ints(o->buckets, __builtin_convertvector(place, ints));
+    for (;;) {
+        /* Beside a hole v may be infinite: nothing is above the last edge. */
+        ints above = (ints)(gather_reals(o->edges + 1, j) <= v) & (ints)(j < (lane_int)o->knot_count);
+        if (!any(above))
+            return j;
+        j -= above;
+    }
+}
+
+/* Both ends' of a range. */
+ALWAYS_INLINE void intervals_around(const TfTables *o, reals lo, reals hi, ints *low, ints *high)
+{
+    if (o->knot_count > FEW_KNOTS) {
+        *low = intervals_of(o, lo);
+        *high = intervals_of(o, hi);
+        return;
+    }
+    ints a = {0}, b = {0};
+    for (size_t k = 1; k <= o->knot_count; k++) {
+        reals knot = reals_all(o->edges[k]);
+        a -= (ints)(lo >= knot);
+        b -= (ints)(hi >= knot);
+    }
+    *low = a;
+    *high = b;
+}
+
+/* Per interval: whether anything is in it. */
+ALWAYS_INLINE ints intervals_visible(const TfTables *o, ints j) { return (ints)(gather_ints(o->next_visible, j) == j); }
+
+/* ---- Properties ---- */
 
 /* How many channels extinction has in a kernel with these terms. */
 ALWAYS_INLINE int channels_of(unsigned features) { return features & FEATURE_COLOURED ? 3 : 1; }
@@ -43,6 +110,8 @@ ALWAYS_INLINE void take_lines(const reals g[4], reals a[2], reals b[2])
 {
     a[0] = g[0], a[1] = g[1], b[0] = g[2], b[1] = g[3];
 }
+
+ALWAYS_INLINE reals property_at(const reals line[2], reals x) { return reals_fma(line[1], x, line[0]); }
 
 /* For the lanes of `mask`; the others may get another lane's. */
 ALWAYS_INLINE void load_properties(const TfTables *o, ints interval, ints mask, unsigned features, Properties *out)
@@ -109,55 +178,6 @@ ALWAYS_INLINE ints range_shows(const TfTables *o, reals lo, reals hi, ints low, 
     if (any(point))
         shows &= ~point | particles_at(o, high, hi, features);
     return shows;
-}
-
-/* ---- What rays have gathered ---- */
-
-typedef struct Sums {
-    Doubles optical_depth[3], color[3], surface[3], scatter[3], emit[3], normal[3];
-    ints cells;
-} Sums;
-
-/* Into the rays' results, to what may be there already. */
-static inline void store_sums(const Sums *sums, const RayPacket *l)
-{
-    for (size_t i = 0; i < l->count; i++) {
-        VolRadiance *out = &l->out[i];
-        out->cells = (double)sums->cells[i];
-        for (int c = 0; c < 3; c++) {
-            out->color[c] += doubles_lane(&sums->color[c], (int)i);
-            out->surface[c] += doubles_lane(&sums->surface[c], (int)i);
-            out->scatter[c] += doubles_lane(&sums->scatter[c], (int)i);
-            out->emit[c] += doubles_lane(&sums->emit[c], (int)i);
-            out->normal[c] += doubles_lane(&sums->normal[c], (int)i);
-            out->optical_depth[c] = c < l->tables->channels ? doubles_lane(&sums->optical_depth[c], (int)i) : 0;
-        }
-    }
-}
-
-/* ---- Kernels ---- */
-
-/* One per set of terms: those that a scene is without cost nothing. */
-typedef struct FeaturesKernel {
-    unsigned features;
-    void (*trace)(void *packet);
-} FeaturesKernel;
-
-/* The first whose terms are enough; what is shaded, and how, must be the same. */
-static inline const FeaturesKernel *kernel_for(const VolScene *scene, const FeaturesKernel *kernels)
-{
-    unsigned features = SCENE_TABLES(scene)->features | (scene->layers || scene->trace ? FEATURE_EXTRA : 0u);
-    while (features & ~kernels->features || (features ^ kernels->features) & (FEATURE_SHADED | FEATURE_CLASSIC))
-        kernels++;
-    return kernels;
-}
-
-static inline double mean_transmittance(const double optical_depth[3], int channels)
-{
-    double sum = 0;
-    for (int c = 0; c < channels; c++)
-        sum += vol_exp(-optical_depth[c]);
-    return sum / channels;
 }
 
 #endif

@@ -1,8 +1,9 @@
 /* The pre-integrated estimators in double, with AVX2 and fused multiply-add. */
 #define VOL_DOUBLE
+#define VOL_TRAVERSAL "trace/grid_traversal_tmpl.h"
 #include "trace/segments_tmpl.h"
 
-void vol_segments_f64_avx2(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+void vol_segments_f64_avx2(const VolTraceCall *call)
 {
-    trace_segments(scene, scratch, rays, count, out);
+    trace_segments(call);
 }

@@ -1,5 +1,7 @@
 /* What LANES segments send, shaded and composited, for the pre-integrated estimators (segments_tmpl.h has the derivation).
- * Include reals.h first. */
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    Segments, SegmentEnd, add_segments(), shading_at(), end_time(), end_opaque_segments() */
 #ifndef VOL_TRACE_SEGMENTS_LIGHT_TMPL_H
 #define VOL_TRACE_SEGMENTS_LIGHT_TMPL_H
 
@@ -28,14 +30,8 @@ typedef struct Segments {
     ints heads;                 /* lanes in whose run the first segment begins in another brick: */
     reals head_v;
     ints head_valid;
-    Sums sums;
-    reals optical_depth_so_far[3];      /* tau, rounded */
+    Accumulator sum;
 } Segments;
-
-/* What layers and classic shading ask about a segment's light. */
-typedef struct SegmentLight {
-    reals scatter[3], emit[3], surface[3], normal[3];
-} SegmentLight;
 
 static inline double end_time(const Segments *k, const SegmentEnd *end, unsigned i)
 {
@@ -49,12 +45,12 @@ static void shade_lanes_at(Segments *k, const SegmentEnd *end, ints mask, Shadin
     Samples *s = &k->samples;
     reals gradient[3], t = reals_all(0);
     ints here = mask & end->here;
-    samples_gradients(s, &end->place, here, gradient);
+    traversal_sample_gradients(&s->way, &s->packet, &end->place, here, gradient);
     FOR_LANES(i, mask_bits(mask & ~here)) {
         bool cut = !isnan(end->cut[i]);
         Place place = cut ? place_of_time(s, i, end->cut[i]) : place_of_sample(s, i, doubles_lane(&end->number, (int)i));
         real g[3];
-        gradient_at(s, &place, g);
+        traversal_gradient(&s->way, &s->packet, &place, g);
         for (int a = 0; a < 3; a++)
             gradient[a][i] = g[a];
     }
@@ -125,7 +121,7 @@ static void scattered_fractions(const TfTables *o, const LookupEnd *a, const Loo
 
 /* K 11 at both ends, averaged: the factor of what a segment scatters. */
 static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
-                            reals factor[3], SegmentLight *light)
+                            reals factor[3], Light *light)
 {
     const TfTables *o = k->samples.packet.tables;
     SegmentEnd *ends[2] = {a, b};
@@ -136,8 +132,7 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
         reals in[4] = {{0}}, line[4] = {{0}}, one_end[3];
         load_interval(o, ends[n]->field.interval, AT_PARTICLES, in);
         load_interval(o, ends[n]->field.interval, AT_EMIT + 4, line);
-        reals S = surfaceness_of(o, reals_line(line[2], line[3], ends[n]->field.v - in[0]), sh);
-        classic_factors(S, sh, one_end);
+        classic_factors_at(o, ends[n]->field.v - in[0], line + 2, sh, one_end);
         for (int c = 0; c < 3; c++) {
             factor[c] += (real)0.5 * one_end[c];
             reals normal = (real)0.5 * parts->particles_a * sh->normal[c];
@@ -147,7 +142,7 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
 }
 
 ALWAYS_INLINE void particles_light(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
-                                   unsigned features, SegmentLight *light)
+                                   unsigned features, Light *light)
 {
     const TfTables *o = k->samples.packet.tables;
     if (!(features & (FEATURE_CLASSIC | FEATURE_EXTRA))) {
@@ -171,11 +166,11 @@ ALWAYS_INLINE void particles_light(Segments *k, SegmentEnd *a, SegmentEnd *b, co
 }
 
 ALWAYS_INLINE void add_surface(const Shading *sh, const reals color[3], const reals opacity[3], unsigned features,
-                               SegmentLight *light)
+                               Light *light)
 {
     for (int c = 0; c < 3; c++) {
         if (features & FEATURE_SHADED && !(features & FEATURE_CLASSIC))
-            light->surface[c] += reals_fma(sh->k[c], color[c], sh->b[c] * opacity[features & FEATURE_COLOURED ? c : 0]);
+            light->surface[c] += shaded_color(sh, c, color[c], opacity[features & FEATURE_COLOURED ? c : 0]);
         else
             light->surface[c] += color[c];
     }
@@ -194,7 +189,7 @@ static void mix_shading(const Shading *front, const Shading *back, reals w, Shad
 }
 
 ALWAYS_INLINE void surfaces_light(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask, bool full,
-                                  unsigned features, SegmentLight *light)
+                                  unsigned features, Light *light)
 {
     const Shading *front = NULL, *back = NULL;
     Shading between;
@@ -216,74 +211,50 @@ ALWAYS_INLINE void surfaces_light(Segments *k, SegmentEnd *a, SegmentEnd *b, con
 
 /* ---- Compositing ---- */
 
-static void optical_depths_of(const Segments *k, unsigned i, unsigned features, double optical_depth[3])
+static inline void end_opaque_segments(Segments *k, ints mask, unsigned features)
 {
-    for (int c = 0; c < channels_of(features); c++)
-        optical_depth[c] = doubles_lane(&k->sums.optical_depth[c], (int)i);
+    k->samples.visiting &= ~terminate_rays(&k->sum, &k->samples.packet, mask & k->samples.packet.alive, features);
 }
 
-/* Lanes through which nothing can be seen any more have ended. */
-ALWAYS_INLINE void terminate_rays(Segments *k, ints mask, unsigned features)
+typedef struct SegmentSoFar {
+    double before[3], own[3]; /* optical depth in front of it, and its own, in which depth grows evenly */
+    int channels;
+} SegmentSoFar;
+
+MAYBE_UNUSED static void depth_of_segment(const void *part, unsigned i, double u, double optical_depth[3])
+{
+    const SegmentSoFar *s = part;
+    (void)i;
+    for (int c = 0; c < s->channels; c++)
+        optical_depth[c] = fma(u, s->own[c], s->before[c]);
+}
+
+/* What only layers and listeners ask for. */
+MAYBE_UNUSED static void note_segment(Segments *k, const SegmentEnd *a, const SegmentEnd *b, const SegmentParts *parts,
+                                      unsigned i, unsigned features)
 {
     RayPacket *l = &k->samples.packet;
-    reals least = reals_all(INFINITY);
-    for (int c = 0; c < channels_of(features); c++) {
-        k->optical_depth_so_far[c] = doubles_round(&k->sums.optical_depth[c]);
-        least = reals_min(k->optical_depth_so_far[c], least);
-    }
-    ints dark = mask & l->alive & (ints)(least > l->termination_depth);
-    if (!any(dark))
-        return;
-    l->scratch->skipped.rays_ended += (unsigned)__builtin_popcount(mask_bits(dark));
-    l->alive &= ~dark;
-    k->samples.visiting &= ~dark;
-}
-
-/* Where the mean transmittance falls to one half within a segment, in which depths grow evenly: its share, or 2. */
-static double share_up_to_half(const double before[3], const double after[3], int channels)
-{
-    double lo = 0, hi = 1, at[3];
-    if (mean_transmittance(after, channels) > 0.5)
-        return 2;
-    for (int n = 0; n < 48; n++) {
-        double mid = 0.5 * (lo + hi);
-        for (int c = 0; c < channels; c++)
-            at[c] = fma(mid, after[c] - before[c], before[c]);
-        if (mean_transmittance(at, channels) > 0.5)
-            lo = mid;
-        else
-            hi = mid;
-    }
-    return hi;
-}
-
-/* What only layers and traces ask for. */
-static void note_segment(Segments *k, const SegmentEnd *a, const SegmentEnd *b, const SegmentParts *parts, unsigned i,
-                         unsigned features)
-{
-    const VolScene *scene = k->samples.packet.scene;
-    VolRadiance *out = &k->samples.packet.out[i];
-    double before[3], after[3], t0 = end_time(k, a, i), t1 = end_time(k, b, i);
-    optical_depths_of(k, i, features, before);
-    for (int c = 0; c < channels_of(features); c++)
-        after[c] = before[c] + (double)parts->depth[c][i];
-    if (scene->layers & VOL_LAYER_Z && isinf(out->depth)) {
-        double share = share_up_to_half(before, after, channels_of(features));
+    double t0 = end_time(k, a, i), t1 = end_time(k, b, i);
+    SegmentSoFar so_far = {.channels = channels_of(features)};
+    optical_depths_of(&k->sum, i, features, so_far.before);
+    for (int c = 0; c < so_far.channels; c++)
+        so_far.own[c] = (so_far.before[c] + (double)parts->optical_depth[c][i]) - so_far.before[c];
+    if (wants_depth(l, i)) {
+        double share = share_up_to_half(depth_of_segment, &so_far, i, so_far.channels);
         if (share <= 1)
-            out->depth = t0 + (t1 - t0) * share;
+            l->out[i].depth = t0 + (t1 - t0) * share;
     }
-    if (scene->trace) {
-        VolTraceStep step = {t0, t1, (double)a->field.v[i], (double)b->field.v[i], (double)parts->depth[0][i], 0, "segment"};
-        scene->trace(scene->trace_user, &step);
-    }
+    tell(l, &(VolTraceStep){t0, t1, (double)a->field.v[i], (double)b->field.v[i], (double)parts->optical_depth[0][i], 0,
+                            "segment"});
 }
 
 /* Light as it comes through what is in front. */
-ALWAYS_INLINE void composite(Segments *k, const SegmentLight *light, ints mask, unsigned features)
+ALWAYS_INLINE void composite(Segments *k, const Light *light, ints mask, unsigned features)
 {
     reals transmittance[3], zero = reals_all(0);
+    Light seen;
     for (int c = 0; c < channels_of(features); c++)
-        transmittance[c] = reals_select(mask, reals_exp(-k->optical_depth_so_far[c]), zero);
+        transmittance[c] = reals_select(mask, reals_exp(-k->sum.reached[c]), zero);
     for (int c = 0; c < 3; c++) {
         reals T = transmittance[features & FEATURE_COLOURED ? c : 0], all = light->scatter[c];
         if (features & (FEATURE_CLASSIC | FEATURE_EXTRA))
@@ -291,14 +262,13 @@ ALWAYS_INLINE void composite(Segments *k, const SegmentLight *light, ints mask, 
         if (features & FEATURE_SURFACE)
             all += light->surface[c];
         all *= T; /* 0 where not `mask` */
-        doubles_add(&k->sums.color[c], features & (FEATURE_CLASSIC | FEATURE_EXTRA) ? reals_select(mask, all, zero) : all);
-        if (features & FEATURE_EXTRA) {
-            doubles_add(&k->sums.scatter[c], reals_select(mask, T * light->scatter[c], zero));
-            doubles_add(&k->sums.emit[c], reals_select(mask, T * light->emit[c], zero));
-            doubles_add(&k->sums.surface[c], reals_select(mask, T * light->surface[c], zero));
-            doubles_add(&k->sums.normal[c], reals_select(mask, transmittance[0] * light->normal[c], zero));
-        }
+        doubles_add(&k->sum.color[c], features & (FEATURE_CLASSIC | FEATURE_EXTRA) ? reals_select(mask, all, zero) : all);
+        seen.scatter[c] = reals_select(mask, T * light->scatter[c], zero);
+        seen.emit[c] = reals_select(mask, T * light->emit[c], zero);
+        seen.surface[c] = reals_select(mask, T * light->surface[c], zero);
+        seen.normal[c] = reals_select(mask, transmittance[0] * light->normal[c], zero);
     }
+    add_layers(&k->sum, &seen, features);
 }
 
 /* So much more than one of them do m equal segments send, one behind the other: sum of exp(-n depth), n < m. */
@@ -309,16 +279,16 @@ static double sent_by_equals(double depth, double m)
 }
 
 /* The segments that stand for many equal ones. */
-static void add_equals(Segments *k, SegmentParts *parts, SegmentLight *light, ints mask, unsigned features)
+static void add_equals(Segments *k, SegmentParts *parts, Light *light, ints mask, unsigned features)
 {
     ints beside = samples_beside(&k->samples, mask);
-    k->sums.cells += beside;
+    k->sum.cells += beside;
     FOR_LANES(i, mask_bits((ints)(beside > 0))) {
         double m = doubles_lane(&k->samples.stands_for, (int)i);
         real sent[3];
         for (int c = 0; c < channels_of(features); c++) {
-            sent[c] = (real)sent_by_equals((double)parts->depth[c][i], m);
-            parts->depth[c][i] = (real)((double)parts->depth[c][i] * m);
+            sent[c] = (real)sent_by_equals((double)parts->optical_depth[c][i], m);
+            parts->optical_depth[c][i] = (real)((double)parts->optical_depth[c][i] * m);
         }
         for (int c = 0; c < 3; c++) {
             real more = sent[features & FEATURE_COLOURED ? c : 0];
@@ -334,17 +304,17 @@ static void add_equals(Segments *k, SegmentParts *parts, SegmentLight *light, in
 ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const Doubles *length, ints own, ints mask,
                                 bool full, unsigned features)
 {
-    const VolScene *scene = k->samples.packet.scene;
+    const VolPrepared *prepared = k->samples.packet.prepared;
     SegmentParts parts;
-    SegmentLight light;
+    Light light;
     mask &= something_between(k->samples.packet.tables, &a->field, &b->field, features);
     if (!any(mask))
         return;
-    k->sums.cells -= mask;
+    k->sum.cells -= mask;
     if (full)
-        look_up_full(scene, &a->field, &b->field, length, own, mask, features, &parts);
+        look_up_full(prepared, &a->field, &b->field, length, own, mask, features, &parts);
     else
-        look_up_integrals(scene, &a->field, &b->field, doubles_round(length), mask, features, &parts);
+        look_up_integrals(prepared, &a->field, &b->field, doubles_round(length), mask, features, &parts);
     for (int c = 0; c < 3; c++)
         light.emit[c] = light.surface[c] = light.normal[c] = reals_all(0);
     particles_light(k, a, b, &parts, mask, features, &light);
@@ -357,8 +327,8 @@ ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const
         FOR_LANES(i, mask_bits(mask))
             note_segment(k, a, b, &parts, i, features);
     for (int c = 0; c < channels_of(features); c++)
-        doubles_add(&k->sums.optical_depth[c], reals_select(mask, parts.depth[c], reals_all(0)));
-    terminate_rays(k, mask, features);
+        doubles_add(&k->sum.optical_depth[c], reals_select(mask, parts.optical_depth[c], reals_all(0)));
+    end_opaque_segments(k, mask, features);
 }
 
 #endif

@@ -11,39 +11,20 @@
  * A segment is done when its back end comes up in a visit to the brick that holds it; a ray's first sample in a brick closes
  * the segment that led there, and where the ray goes on into a brick that is left out, one more sample closes the last.  A
  * segment that touches bricks alone that are left out adds nothing: what it runs through is one connected range of values
- * in which nothing can be seen (empty_space.c).  Segments between equal samples of a wide stretch (samples_tmpl.h) are
- * equal, and what many of them send is a geometric series of what one does. */
+ * in which nothing can be seen (empty_space.c).  Segments between equal samples of a uniform stretch (samples_tmpl.h) are
+ * equal, and what many of them send is a geometric series of what one does.
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    trace_segments() */
 #include "trace/segments_light_tmpl.h"
 
 /* ---- Isosurfaces ---- */
 
-static void cross(Segments *k, unsigned i, const Isosurface *isosurface, SegmentEnd *at, unsigned features)
+static void cross_in_segment(Segments *k, unsigned i, const Isosurface *isosurface, SegmentEnd *at, unsigned features)
 {
-    RayPacket *l = &k->samples.packet;
-    VolRadiance *out = &l->out[i];
-    double optical_depth[3];
-    optical_depths_of(k, i, features, optical_depth);
     const Shading *sh = features & FEATURE_SHADED ? shading_at(k, at, mask_of(1u << i)) : NULL;
-    for (int c = 0; c < 3; c++) {
-        real color = sh ? real_fma(sh->k[c][i], isosurface->color[c], sh->b[c][i]) : isosurface->color[c];
-        double part = vol_exp(-optical_depth[c < channels_of(features) ? c : 0]) * isosurface->opacity * (double)color;
-        out->surface[c] += part;
-        doubles_set(&k->sums.color[c], (int)i, doubles_lane(&k->sums.color[c], (int)i) + part);
-        if (sh)
-            out->normal[c] += vol_exp(-optical_depth[0]) * isosurface->opacity * (double)sh->normal[c][i];
-    }
-    for (int c = 0; c < channels_of(features); c++) {
-        optical_depth[c] += isosurface->mu;
-        doubles_set(&k->sums.optical_depth[c], (int)i, optical_depth[c]);
-    }
-    if (isinf(out->depth) && mean_transmittance(optical_depth, channels_of(features)) <= 0.5)
-        out->depth = at->cut[i];
-    if (l->scene->trace) {
-        VolTraceStep step = {at->cut[i], at->cut[i], (double)isosurface->value, (double)isosurface->value, isosurface->mu,
-                             (size_t)(isosurface - l->tables->isosurfaces), "isosurface"};
-        l->scene->trace(l->scene->trace_user, &step);
-    }
-    terminate_rays(k, mask_of(1u << i), features);
+    cross_isosurface(&k->sum, &k->samples.packet, i, isosurface, at->cut[i], sh, features);
+    end_opaque_segments(k, mask_of(1u << i), features);
 }
 
 /* A part of a segment, of any length. */
@@ -79,7 +60,7 @@ static void add_cut_segment(Segments *k, SegmentEnd *a, SegmentEnd *b, unsigned 
         find_end(o, reals_all(isosurface->value), full && o->lookup.entries, features, &at->field);
         add_part(k, from, at, i, at->cut[i] - t, full, features);
         if (k->samples.packet.alive[i])
-            cross(k, i, isosurface, at, features);
+            cross_in_segment(k, i, isosurface, at, features);
         from = at;
         t = at->cut[i];
     }
@@ -117,7 +98,7 @@ static void set_length(Segments *k, unsigned i, double n)
     doubles_set(&k->length, (int)i, k->own[i] ? s->h : length);
 }
 
-static Sample sample_number(Samples *s, unsigned i, double n)
+static Sample sample_number(const Samples *s, unsigned i, double n)
 {
     Place place = place_of_sample(s, i, n);
     return sample_at(s, &place);
@@ -127,7 +108,7 @@ static Sample sample_number(Samples *s, unsigned i, double n)
 static void enter_run(Segments *k, unsigned i)
 {
     Samples *s = &k->samples;
-    bool begun = s->packet.in_brick[i];
+    bool begun = s->way.in_stretch[i];
     double done = begun ? s->first[i] - 1 : -1;
     bool entered = samples_enter(s, i), follows = entered && begun && s->first[i] - 1 == done;
     if (begun && !follows && done >= 0 && done < s->last[i]) {
@@ -196,11 +177,11 @@ static void enter_runs(Segments *k, bool full, unsigned features)
     }
 }
 
-static void segments_begin(Segments *k, const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count,
-                           VolRadiance *out)
+static void segments_begin(Segments *k, const VolTraceCall *call, size_t first)
 {
+    const VolScene *scene = call->prepared->scene;
     memset(k, 0, sizeof *k);
-    samples_begin(&k->samples, scene, scratch, rays, count, out, 0);
+    samples_begin(&k->samples, call, first, 0);
     k->front = &k->ends[0];
     k->back = &k->ends[1];
     for (int i = 0; i < LANES; i++)
@@ -209,7 +190,7 @@ static void segments_begin(Segments *k, const VolScene *scene, VolScratch *scrat
         k->lit_from_places |= scene->lights[n].kind == VOL_LIGHT_POINT || scene->lights[n].kind == VOL_LIGHT_SPOT;
 }
 
-ALWAYS_INLINE void march(Segments *k, bool full, unsigned features)
+ALWAYS_INLINE void march_segments(Segments *k, bool full, unsigned features)
 {
     Samples *s = &k->samples;
     const TfTables *o = s->packet.tables;
@@ -232,38 +213,40 @@ ALWAYS_INLINE void march(Segments *k, bool full, unsigned features)
         }
         samples_passed(s, steps);
     }
-    store_sums(&k->sums, &s->packet);
+    store_sums(&k->sum, &s->packet);
 }
 
-static void full_particles(void *k) { march(k, true, FEATURE_EMIT); }
-static void full_surfaces(void *k) { march(k, true, FEATURE_EMIT | FEATURE_SURFACE); }
-static void full_shaded_surfaces(void *k) { march(k, true, FEATURE_EMIT | FEATURE_SURFACE | FEATURE_SHADED); }
-static void full_shaded_isosurfaces(void *k) { march(k, true, FEATURE_EMIT | FEATURE_ISO | FEATURE_SHADED); }
-static void full_unshaded(void *k) { march(k, true, ALL_FEATURES); }
-static void full_shaded(void *k) { march(k, true, ALL_FEATURES | FEATURE_SHADED); }
-static void full_classic(void *k) { march(k, true, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
-static void integrals_particles(void *k) { march(k, false, 0); }
-static void integrals_unshaded(void *k) { march(k, false, ALL_FEATURES); }
-static void integrals_shaded(void *k) { march(k, false, ALL_FEATURES | FEATURE_SHADED); }
-static void integrals_classic(void *k) { march(k, false, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
+static void full_particles(void *k) { march_segments(k, true, FEATURE_EMIT); }
+static void full_surfaces(void *k) { march_segments(k, true, FEATURE_EMIT | FEATURE_SURFACE); }
+static void full_shaded_surfaces(void *k) { march_segments(k, true, FEATURE_EMIT | FEATURE_SURFACE | FEATURE_SHADED); }
+static void full_shaded_isosurfaces(void *k) { march_segments(k, true, FEATURE_EMIT | FEATURE_ISO | FEATURE_SHADED); }
+static void full_unshaded(void *k) { march_segments(k, true, ALL_FEATURES); }
+static void full_shaded(void *k) { march_segments(k, true, ALL_FEATURES | FEATURE_SHADED); }
+static void full_classic(void *k) { march_segments(k, true, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
+static void integrals_particles(void *k) { march_segments(k, false, 0); }
+static void integrals_unshaded(void *k) { march_segments(k, false, ALL_FEATURES); }
+static void integrals_shaded(void *k) { march_segments(k, false, ALL_FEATURES | FEATURE_SHADED); }
+static void integrals_classic(void *k) { march_segments(k, false, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
 
-static void trace_segments(const VolScene *scene, VolScratch *scratch, const VolRay *rays, size_t count, VolRadiance *out)
+static void trace_segments(const VolTraceCall *call)
 {
     static const FeaturesKernel by_tables[] = {{FEATURE_EMIT, full_particles},
-                                            {FEATURE_EMIT | FEATURE_SURFACE, full_surfaces},
-                                            {FEATURE_EMIT | FEATURE_SURFACE | FEATURE_SHADED, full_shaded_surfaces},
-                                            {FEATURE_EMIT | FEATURE_ISO | FEATURE_SHADED, full_shaded_isosurfaces},
-                                            {ALL_FEATURES, full_unshaded},
-                                            {ALL_FEATURES | FEATURE_SHADED, full_shaded},
-                                            {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, full_classic}};
+                                               {FEATURE_EMIT | FEATURE_SURFACE, full_surfaces},
+                                               {FEATURE_EMIT | FEATURE_SURFACE | FEATURE_SHADED, full_shaded_surfaces},
+                                               {FEATURE_EMIT | FEATURE_ISO | FEATURE_SHADED, full_shaded_isosurfaces},
+                                               {ALL_FEATURES, full_unshaded},
+                                               {ALL_FEATURES | FEATURE_SHADED, full_shaded},
+                                               {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, full_classic}};
     static const FeaturesKernel by_integrals[] = {{0, integrals_particles},
-                                               {ALL_FEATURES, integrals_unshaded},
-                                               {ALL_FEATURES | FEATURE_SHADED, integrals_shaded},
-                                               {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, integrals_classic}};
-    const FeaturesKernel *kernel = kernel_for(scene, scene->estimator == VOL_ESTIMATE_FULL ? by_tables : by_integrals);
-    for (size_t i = 0; i < count; i += LANES) {
+                                                  {ALL_FEATURES, integrals_unshaded},
+                                                  {ALL_FEATURES | FEATURE_SHADED, integrals_shaded},
+                                                  {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, integrals_classic}};
+    bool full = call->prepared->scene->estimator == VOL_ESTIMATE_FULL;
+    const FeaturesKernel *kernel = full ? kernel_for(call, by_tables, sizeof by_tables / sizeof *by_tables)
+                                        : kernel_for(call, by_integrals, sizeof by_integrals / sizeof *by_integrals);
+    for (size_t i = 0; i < call->count; i += LANES) {
         Segments k;
-        segments_begin(&k, scene, scratch, rays + i, count - i < LANES ? count - i : LANES, out + i);
+        segments_begin(&k, call, i);
         kernel->trace(&k);
     }
 }

@@ -1,6 +1,9 @@
 /* Blinn-Phong with the normal turned to the viewer, for LANES rays:
  *     sum_k RGB_k (k_d c max(0, N.l) + k_s max(0, N.h)^n [N.l > 0]) + k_a c sum_k RGB_k
- * Where the gradient is 0 there is no normal and the ambient term stands alone.  Include packet_tmpl.h first. */
+ * Where the gradient is 0 there is no normal and the ambient term stands alone.
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    Shading, shade_scaled(), shade_lanes(), towards_light(), surfaceness_of(), classic_factors() */
 #ifndef VOL_TRACE_SHADING_TMPL_H
 #define VOL_TRACE_SHADING_TMPL_H
 
@@ -48,15 +51,6 @@ ALWAYS_INLINE void highlights(int count, reals *x, double n)
     }
 }
 
-/* World gradient from index-space gradient: g_world_i = sum_j d(index_j)/d(world_i) g_j (inverse transpose). */
-ALWAYS_INLINE void world_gradients(const VolAffine *world_to_index, const reals g[3], reals out[3])
-{
-    for (int i = 0; i < 3; i++) {
-        const double *m = world_to_index->m[i];
-        out[i] = reals_fma(reals_all((real)m[2]), g[2], reals_fma(reals_all((real)m[1]), g[1], (real)m[0] * g[0]));
-    }
-}
-
 /* Towards a light that is not the viewer's own, at t on each ray; of any length. */
 static inline void towards_light(const RayPacket *packet, const VolLight *light, reals t, reals to[3])
 {
@@ -84,7 +78,7 @@ static inline reals arriving_from(const RayPacket *packet, const VolLight *light
 {
     reals to[3];
     towards_light(packet, light, t, to);
-    reals r = reals_sqrt(dot3(to, to)), least = reals_all((real)(0.5 * packet->scene->grid->voxel));
+    reals r = reals_sqrt(dot3(to, to)), least = reals_all((real)packet->prepared->nearest_light);
     ints away = (ints)(r > 0);
     for (int a = 0; a < 3; a++)
         l[a] = reals_select(away, to[a] / r, reals_all(0));

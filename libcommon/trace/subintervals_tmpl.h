@@ -1,77 +1,65 @@
-/* Pieces of rays for the exact estimator (exact_tmpl.h has the derivation): parts of stretches of a cell within one interval
- * of the transfer function, their optical depth in closed form, their light by Gauss-Legendre quadrature.
- * Include packet_tmpl.h first. */
+/* Sub-intervals of rays for the exact estimator (exact_tmpl.h has the derivation): parts of a cell's segments within one
+ * interval of the transfer function, their optical depth in closed form, their light by Gauss-Legendre quadrature.
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    Exact; cell_time(), take_gradients(), end_of_gentle_turn(), shade_at(); SubInterval, cut_sub_interval(),
+ *             optical_depth_to(), largest_optical_depth(), sub_interval_light(), channel_is_lit() */
 #ifndef VOL_TRACE_SUBINTERVALS_TMPL_H
 #define VOL_TRACE_SUBINTERVALS_TMPL_H
 
-#include "trace/trilinear_tmpl.h"
-#include "trace/properties_tmpl.h"
-#include "trace/shading_tmpl.h"
+#include VOL_TRAVERSAL
 
-/* The cells that LANES rays are in. */
-typedef struct Cells {
+#include "trace/accumulate_tmpl.h"
+#include "trace/source_tmpl.h"
+
+/* The exact estimator's state: a ray packet, and the cell that each ray is in. */
+typedef struct Exact {
     RayPacket packet;
-
-    /* On the way through a brick, from where the ray entered it; world units along the ray. */
-    reals e[3], at[3];        /* the entry, and the next cell to come, from the brick's first */
-    reals next[3];            /* where the ray leaves that cell across each axis */
-    reals u, end;             /* where it enters that cell; where it leaves the brick */
-    ints entered[3];          /* through that axis' face */
-    reals sign[3], upper[3];  /* of the direction: 1 or -1; 1 or 0 */
-    reals last[3];            /* the brick's last cell that way, in the domain */
-    ints exit_axes[3];        /* the brick is left across that axis */
-    ints visible;             /* something can be seen in that brick */
+    Traversal way;
+    Accumulator sum;
 
     /* The cell being integrated. */
     ints in_cell, gradients_known;
     Cubic v;
-    reals p[3], step[3];      /* local entry point, and from it to the exit */
-    reals u0, length;
-    ints offset;              /* of its first corner among the brick's voxels */
+    CellPlace place;
+    reals begin, length;      /* world units from the stretch's beginning */
     Cubic gradient[3];        /* world space, times gradient_scale (a power of two), where gradients_known */
     reals gradient_scale;
     ints steady;              /* the normal turns little, and to no other side of viewer or lights, anywhere in the cell */
-    reals least, most;        /* of its corners, where the kernel or the scene asks for it: v never leaves them */
+    reals least, most;        /* where the kernel or the scene asks for it: v never leaves them */
     reals turn[2];            /* where v turns; 1: nowhere */
     ints many;                /* to be cut at knots or where v turns */
-    ints interval;            /* that the next stretch lies in */
+    ints interval;            /* that the next segment lies in */
 
-    /* v runs in monotone legs from turn to turn; knots and isosurfaces cut a leg into stretches. */
+    /* v runs in monotone legs from turn to turn; knots and isosurfaces cut a leg into segments. */
     ints turns_passed, leg_begun;
     reals leg_s, leg_v;       /* where the leg ends, and the field there */
-    reals s, stop;            /* the stretch */
+    reals s, stop;            /* the segment */
     reals va, stop_v;         /* the field at its ends */
     ints stop_step;           /* what its end does to the interval: -1, 0, 1 */
     ints ends_leg;            /* it ends the leg */
     Cubic run;                /* v - va along it, u in [0, 1]; a0 = 0 */
     reals done;               /* u up to which it is integrated */
 
-    /* Isosurfaces are judged by the field at the cell's ends, kept within the corners of the faces they lie on:
-     * neighbouring cells agree on each side of a face, and a crossing is counted once, whatever rounding does. */
-    ints meets_iso, carried;
-    reals carry, exit;        /* the field at the last cell's exit; at this one's */
-    double carry_t[LANES];
+    ints meets_iso;
+    reals exit;               /* the field at the cell's exit */
     size_t event_first[LANES], event_last[LANES]; /* the isosurfaces at `stop` */
+} Exact;
 
-    /* What came of it. */
-    Sums sums;
-    reals optical_depth_so_far[3];    /* tau, rounded */
-} Cells;
-
-static inline double cell_time(const Cells *k, unsigned i, real s)
+static inline double cell_time(const Exact *k, unsigned i, real s)
 {
-    return k->packet.span[i].t0 + (double)(k->u0[i] + s * k->length[i]);
+    return stretch_begin(&k->way, i) + (double)(k->begin[i] + s * k->length[i]);
 }
 
 /* ---- Shading inside a cell ---- */
 
 /* Where the cells begin, as times along the rays. */
-ALWAYS_INLINE reals cell_times(const Cells *k)
+ALWAYS_INLINE reals cell_times(const Exact *k)
 {
     reals t0;
     for (int i = 0; i < LANES; i++)
-        t0[i] = (real)k->packet.span[i].t0;
-    return t0 + k->u0;
+        t0[i] = (real)stretch_begin(&k->way, (unsigned)i);
+    return t0 + k->begin;
 }
 
 /* f = m0 + m1 y + m2 y^2 + m3 y^3 with y = 2 s - 1, from -1 to 1 in the cell. */
@@ -97,7 +85,7 @@ static inline ints all_on_one_side(const reals m[4][3], const reals to[3], const
 /* Whether every normal of the cell lies within 26 degrees of every other, on the same side of the viewer and of each light,
  * and no gradient is much shorter than another: with the gradient m0 + m1 y + m2 y^2 + m3 y^3,
  * |m1| + |m2| + |m3| <= |m0| / 5 keeps all within 11.6 degrees of m0 and a fifth of its length. */
-static inline ints is_steady(const Cells *k, const Cubic gradient[3])
+static inline ints is_steady(const Exact *k, const Cubic gradient[3])
 {
     const VolScene *scene = k->packet.scene;
     reals m[4][3], to[3], change[3], none[3] = {{0}};
@@ -122,34 +110,23 @@ static inline ints is_steady(const Cells *k, const Cubic gradient[3])
     return steady;
 }
 
-/* The gradient is trilinear in the cell as the field is: a cubic along the ray, per component. */
-static inline void take_gradients(Cells *k, ints mask)
+/* The gradients of the cells of `mask`, scaled so that their squares neither overflow nor vanish. */
+static inline void take_gradients(Exact *k, ints mask)
 {
-    RayPacket *l = &k->packet;
     ints wanted = mask & ~k->gradients_known;
     if (!any(wanted))
         return;
-    reals corners[8], g[3][4];
-    packet_need_gradients(l, wanted);
-    ints offset = k->offset & wanted;
+    Cubic world[3];
+    reals largest = reals_all(0);
+    traversal_gradients(&k->way, &k->packet, &k->place, wanted, world);
     for (int a = 0; a < 3; a++) {
-        load_corners_of(l->gradients, offset + a * VOL_BRICK_STRIDE, corners);
-        Cubic v = expand_cell(corners, k->p, k->step);
-        ints vanishing = (ints)(reals_abs(v.a0) < (real)0x1p-16 * (reals_abs(v.a1) + reals_abs(v.a2) + reals_abs(v.a3)));
-        if (any(wanted & vanishing)) /* where the face has no gradient, none that rounding left behind */
-            v.a0 = reals_select(vanishing, interpolate_cell(corners, k->p), v.a0);
-        g[a][0] = v.a0, g[a][1] = v.a1, g[a][2] = v.a2, g[a][3] = v.a3;
-    }
-    reals world[4][3], largest = reals_all(0);
-    for (int n = 0; n < 4; n++) {
-        reals index[3] = {g[0][n], g[1][n], g[2][n]};
-        world_gradients(&l->scene->grid->world_to_index, index, world[n]);
-        for (int a = 0; a < 3; a++)
-            largest = reals_max(largest, reals_abs(world[n][a]));
+        const reals some[4] = {world[a].a0, world[a].a1, world[a].a2, world[a].a3};
+        for (int n = 0; n < 4; n++)
+            largest = reals_max(largest, reals_abs(some[n]));
     }
     reals scale = scale_for(largest);
     for (int a = 0; a < 3; a++) {
-        Cubic fresh = {world[0][a] * scale, world[1][a] * scale, world[2][a] * scale, world[3][a] * scale};
+        Cubic fresh = {world[a].a0 * scale, world[a].a1 * scale, world[a].a2 * scale, world[a].a3 * scale};
         cubic_replace(&k->gradient[a], wanted, &fresh);
     }
     k->gradient_scale = reals_select(wanted, scale, k->gradient_scale);
@@ -157,14 +134,14 @@ static inline void take_gradients(Cells *k, ints mask)
     k->gradients_known |= wanted;
 }
 
-ALWAYS_INLINE void gradients_at(const Cells *k, reals s, reals out[3])
+ALWAYS_INLINE void gradients_at(const Exact *k, reals s, reals out[3])
 {
     for (int a = 0; a < 3; a++)
         out[a] = cubic_at(&k->gradient[a], s);
 }
 
 /* At `count` places s of each cell. */
-ALWAYS_INLINE void shade_at(const Cells *k, int count, const reals *s, Shading *out)
+ALWAYS_INLINE void shade_at(const Exact *k, int count, const reals *s, Shading *out)
 {
     reals gradient[SHADINGS_MOST][3], t[SHADINGS_MOST], begin = cell_times(k);
     for (int n = 0; n < count; n++) {
@@ -193,7 +170,7 @@ ALWAYS_INLINE ints bends(const reals a[3], const reals m[3], const reals b[3])
 }
 
 /* Whether it grows or shrinks so much, and not along itself alone, that the normal does most of its turning next to
- * the shorter end.  For a + b s it has poles at |s| = |a| / |b|: a piece up to 4 times that long is resolved (rho = 2.6),
+ * the shorter end.  For a + b s it has poles at |s| = |a| / |b|: one up to 4 times that long is resolved (rho = 2.6),
  * and an angle of half a degree matters to nobody. */
 ALWAYS_INLINE ints turns_at_an_end(const reals a[3], const reals b[3])
 {
@@ -203,7 +180,7 @@ ALWAYS_INLINE ints turns_at_an_end(const reals a[3], const reals b[3])
 }
 
 /* Where the gradient's product with `to` is 0 between sa and sb, else sb; what is 0 but for rounding has no side. */
-static inline reals side_limit(const Cells *k, const reals to[3], reals sa, reals sb, ints mask)
+static inline reals side_limit(const Exact *k, const reals to[3], reals sa, reals sb, ints mask)
 {
     const Cubic *g = k->gradient;
     Cubic f = {dot3((reals[]){g[0].a0, g[1].a0, g[2].a0}, to), dot3((reals[]){g[0].a1, g[1].a1, g[2].a1}, to),
@@ -233,7 +210,7 @@ static inline reals side_limit(const Cells *k, const reals to[3], reals sa, real
 
 /* Where the normal turns to or from a light between sa and sb, else sb.  Towards a light that stands somewhere the
  * direction changes on the way, but so little that the place is found by looking again from where it was found. */
-static reals light_limit(const Cells *k, const VolLight *light, reals sa, reals sb, ints mask)
+static reals light_limit(const Exact *k, const VolLight *light, reals sa, reals sb, ints mask)
 {
     int looks = light->kind == VOL_LIGHT_SUN ? 1 : 3;
     reals s = (real)0.5 * (sa + sb), to[3];
@@ -245,7 +222,7 @@ static reals light_limit(const Cells *k, const VolLight *light, reals sa, reals 
 }
 
 /* Where the normal flips to face the viewer, or a light begins or ceases to shine on it, between sa and sb, else sb. */
-static inline reals kink_limit(const Cells *k, reals sa, reals sb, ints mask)
+static inline reals kink_limit(const Exact *k, reals sa, reals sb, ints mask)
 {
     const VolScene *scene = k->packet.scene;
     sb = side_limit(k, k->packet.view, sa, sb, mask);
@@ -256,7 +233,7 @@ static inline reals kink_limit(const Cells *k, reals sa, reals sb, ints mask)
 }
 
 /* The square of the gradient's length, less `square`. */
-ALWAYS_INLINE reals length_beyond(const Cells *k, reals s, reals square)
+ALWAYS_INLINE reals length_beyond(const Exact *k, reals s, reals square)
 {
     reals g[3];
     gradients_at(k, s, g);
@@ -265,7 +242,7 @@ ALWAYS_INLINE reals length_beyond(const Cells *k, reals s, reals square)
 
 /* Surfaceness by the gradient's magnitude (K 11) bends at either end of its ramp: where the magnitude passes that between sa
  * and sb, else sb.  Its square is all but a parabola, whose vertex tells of two passages. */
-static reals ramp_limit(const Cells *k, real magnitude, reals sa, reals sb, ints mask)
+static reals ramp_limit(const Exact *k, real magnitude, reals sa, reals sb, ints mask)
 {
     enum { HALVINGS = sizeof(real) == sizeof(float) ? 24 : 53 };
     reals edge = magnitude * k->gradient_scale, square = edge * edge, half = (real)0.5 * (sb - sa), middle = sa + half;
@@ -285,9 +262,9 @@ static reals ramp_limit(const Cells *k, real magnitude, reals sa, reals sb, ints
     return reals_select(passed, reals_select((ints)(hi > sa), hi, end), sb);
 }
 
-/* Shading is no polynomial.  A piece ends at its kinks, and is shortened until the normals at its ends and its
+/* Shading is no polynomial.  A sub-interval ends at its kinks, and is shortened until the normals at its ends and its
  * middle show that it varies gently: rms error of a shaded noise-like field 4e-5 without, 2e-8 with. */
-static reals turn_limit(const Cells *k, reals sa, reals sb, ints mask)
+static reals turn_limit(const Exact *k, reals sa, reals sb, ints mask)
 {
     const TfTables *o = k->packet.tables;
     reals first[3], middle[3], last[3];
@@ -315,17 +292,17 @@ static reals turn_limit(const Cells *k, reals sa, reals sb, ints mask)
     return sb;
 }
 
-/* The same in u of the stretch; its end is its end. */
-static reals end_of_gentle_turn(const Cells *k, ints mask)
+/* The same in u of the segment; its end is its end. */
+static reals end_of_gentle_turn(const Exact *k, ints mask)
 {
     reals whole = k->stop - k->s, from = reals_fma(whole, k->done, k->s), to = turn_limit(k, from, k->stop, mask);
     reals u = reals_min((to - k->s) / whole, reals_all(1));
     return reals_select((ints)(to < k->stop) & (ints)(u > k->done), u, reals_all(1));
 }
 
-/* ---- Pieces ---- */
+/* ---- Sub-intervals ---- */
 
-/* A part of a stretch, u in [0, 1]: x(u) = v - ref = x0 + X(u), X = u (x1 + u (x2 + u x3)).  The
+/* A part of a segment, u in [0, 1]: x(u) = v - ref = x0 + X(u), X = u (x1 + u (x2 + u x3)).  The
  * particles' optical depth up to u is u (g1 + u (g2 + u (g3 + u g4))), the surfaces'
  * |X| max(surface0 + surface1 X / 2, 0). */
 typedef struct SubInterval {
@@ -336,8 +313,8 @@ typedef struct SubInterval {
     reals scatter0, emit0[3]; /* at u = 0 */
 } SubInterval;
 
-/* From u to `end` of the stretch. */
-ALWAYS_INLINE void cut_sub_interval(const Cells *k, const Properties *in, unsigned features, reals end, SubInterval *p)
+/* From u to `end` of the segment. */
+ALWAYS_INLINE void cut_sub_interval(const Exact *k, const Properties *in, unsigned features, reals end, SubInterval *p)
 {
     const Cubic *run = &k->run;
     reals u = k->done, du = end - u, whole = k->stop - k->s;
@@ -355,7 +332,7 @@ ALWAYS_INLINE void cut_sub_interval(const Cells *k, const Properties *in, unsign
         p->g3[c] = slope * ((real)(1.0 / 3.0) * p->x2);
         p->g4[c] = slope * ((real)0.25 * p->x3);
     }
-    /* Not below 0, as extinction is not: else what rounds below it would darken the piece and send no light. */
+    /* Not below 0, as extinction is not: else what rounds below it would darken the ray and send no light. */
     p->scatter0 = reals_max(reals_line(in->scatter[0], in->scatter[1], p->x0), reals_all(0));
     for (int c = 0; c < 3 && features & FEATURE_EMIT; c++)
         p->emit0[c] = reals_max(reals_line(in->emit[c][0], in->emit[c][1], p->x0), reals_all(0));
@@ -380,7 +357,7 @@ ALWAYS_INLINE reals optical_depth_of_surface(const SubInterval *p, reals X)
     return reals_abs(X) * reals_max(reals_fma(p->surface1, X, p->surface0), reals_all(0));
 }
 
-/* Optical depth from the piece's start to u. */
+/* Optical depth from the sub-interval's start to u. */
 ALWAYS_INLINE reals optical_depth_to(const SubInterval *p, unsigned features, int c, reals u)
 {
     reals optical_depth = optical_depth_of_particles(p, c, u);
@@ -391,14 +368,14 @@ ALWAYS_INLINE reals optical_depth_to(const SubInterval *p, unsigned features, in
 
 /* Whether anything can still be seen through channel c.  What lies behind one that is dark is left out as it is behind a ray
  * that has ended, by the same bound. */
-ALWAYS_INLINE ints channel_is_lit(const Cells *k, int c)
+ALWAYS_INLINE ints channel_is_lit(const Exact *k, int c)
 {
-    return (ints)(k->optical_depth_so_far[c] <= reals_min(k->packet.termination_depth, reals_all(700)));
+    return (ints)(k->sum.reached[c] <= reals_min(k->packet.termination_depth, reals_all(700)));
 }
 
-/* The densest channel's.  One that is dark does not count: a thousand pieces of depth 1 of it may have to pass before the
- * others are, or more than can ever be counted. */
-ALWAYS_INLINE reals largest_optical_depth(const Cells *k, const SubInterval *p, unsigned features)
+/* The densest channel's.  One that is dark does not count: a thousand sub-intervals of depth 1 of it may have to pass before
+ * the others are, or more than can ever be counted. */
+ALWAYS_INLINE reals largest_optical_depth(const Exact *k, const SubInterval *p, unsigned features)
 {
     reals largest = optical_depth_to(p, features, 0, reals_all(1));
     if (features & FEATURE_COLOURED)
@@ -408,46 +385,30 @@ ALWAYS_INLINE reals largest_optical_depth(const Cells *k, const SubInterval *p, 
     return largest;
 }
 
-/* Sums over the nodes, each as seen from where the piece begins. */
-typedef struct SubIntervalLight {
-    reals scatter[3], emit[3], surface[3], normal[3];
-} SubIntervalLight;
-
-/* What a node adds; `through` is its weight times transmittance, per channel.  Amounts are counted from the piece's start as
- * optical depth is: where a piece is so short that x0 + X rounds to x0, both still see the same particles. */
-ALWAYS_INLINE void add_node(const Cells *k, const Properties *in, const SubInterval *p, unsigned features,
-                            const Shading *sh, real u, reals X, const reals transmittance[3], SubIntervalLight *sum)
+/* What a node adds; `weight` is its weight times transmittance, per channel.  Amounts are counted from the sub-interval's
+ * start as optical depth is: where it is so short that x0 + X rounds to x0, both still see the same particles. */
+ALWAYS_INLINE void add_node(const Exact *k, const Properties *in, const SubInterval *p, unsigned features,
+                            const Shading *sh, real u, reals X, const reals weight[3], Light *sum)
 {
-    reals zero = reals_all(0), x = p->x0 + X, factor[3];
-    reals amount = reals_max(reals_line(p->scatter0, in->scatter[1], X), zero);
-    if (features & FEATURE_CLASSIC) {
-        reals S = surfaceness_of(k->packet.tables, reals_line(in->surfaceness[0], in->surfaceness[1], x), sh);
-        classic_factors(S, sh, factor);
-        for (int a = 0; a < 3 && features & FEATURE_EXTRA; a++)
-            sum->normal[a] = reals_fma(transmittance[0] * (amount * p->length), sh->normal[a], sum->normal[a]);
-    }
-    for (int c = 0; c < 3; c++) {
-        reals color = reals_line(in->scatter_color[c][0], in->scatter_color[c][1], x);
-        reals t = transmittance[features & FEATURE_COLOURED ? c : 0] * amount;
-        sum->scatter[c] = reals_fma(t, features & FEATURE_CLASSIC ? color * factor[c] : color, sum->scatter[c]);
-    }
-    if (features & FEATURE_EMIT)
-        for (int c = 0; c < 3; c++)
-            sum->emit[c] = reals_fma(transmittance[features & FEATURE_COLOURED ? c : 0],
-                                     reals_line(p->emit0[c], in->emit[c][1], X), sum->emit[c]);
+    reals zero = reals_all(0), amount = reals_max(reals_line(p->scatter0, in->scatter[1], X), zero);
+    Source source;
+    source_at(k->packet.tables, in, p->x0 + X, sh, features, &source);
+    for (int c = 0; c < 3; c++)
+        sum->scatter[c] = reals_fma(weight[features & FEATURE_COLOURED ? c : 0] * amount, source.scatter[c],
+                                    sum->scatter[c]);
+    for (int a = 0; a < 3 && features & FEATURE_CLASSIC && features & FEATURE_EXTRA; a++)
+        sum->normal[a] = reals_fma(weight[0] * (amount * p->length), sh->normal[a], sum->normal[a]);
+    for (int c = 0; c < 3 && features & FEATURE_EMIT; c++)
+        sum->emit[c] = reals_fma(weight[features & FEATURE_COLOURED ? c : 0],
+                                 reals_line(p->emit0[c], in->emit[c][1], X), sum->emit[c]);
     if (features & FEATURE_SURFACE) {
         reals dX = reals_fma(reals_fma(3 * p->x3, reals_all(u), 2 * p->x2), reals_all(u), p->x1);
         reals dense = reals_abs(dX) * reals_max(reals_line(p->surface0, in->surface[1], X), zero);
-        bool shaded = features & FEATURE_SHADED && !(features & FEATURE_CLASSIC);
-        for (int c = 0; c < 3; c++) {
-            reals color = reals_line(in->surface_color[c][0], in->surface_color[c][1], x);
-            if (shaded || features & FEATURE_CLASSIC)
-                color = reals_fma(sh->k[c], color, sh->b[c]);
-            sum->surface[c] = reals_fma(transmittance[features & FEATURE_COLOURED ? c : 0], dense * color, sum->surface[c]);
-        }
-        if (features & FEATURE_SHADED && features & FEATURE_EXTRA)
-            for (int a = 0; a < 3; a++)
-                sum->normal[a] = reals_fma(transmittance[0] * dense, sh->normal[a], sum->normal[a]);
+        for (int c = 0; c < 3; c++)
+            sum->surface[c] = reals_fma(weight[features & FEATURE_COLOURED ? c : 0], dense * source.surface[c],
+                                        sum->surface[c]);
+        for (int a = 0; a < 3 && features & FEATURE_SHADED && features & FEATURE_EXTRA; a++)
+            sum->normal[a] = reals_fma(weight[0] * dense, sh->normal[a], sum->normal[a]);
     }
 }
 
@@ -459,12 +420,12 @@ ALWAYS_INLINE reals mean_through(reals optical_depth)
     return reals_select((ints)(optical_depth > (real)0x1p-7), (1 - reals_exp(-optical_depth)) / optical_depth, thin);
 }
 
-/* The light that pieces send.  The `dense` ones are too short to be cut further: all of such a piece is seen alike, through
- * its mean transmittance, since it may be so dense that no node is seen through what is before it. */
-ALWAYS_INLINE void sub_interval_light(const Cells *k, const Properties *in, const SubInterval *p, ints dense,
-                                      unsigned features, SubIntervalLight *sum)
+/* The light that sub-intervals send.  The `dense` ones are too short to be cut further: all of such a one is seen alike,
+ * through its mean transmittance, since it may be so dense that no node is seen through what is before it. */
+ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, const SubInterval *p, ints dense,
+                                      unsigned features, Light *sum)
 {
-    *sum = (SubIntervalLight){0};
+    *sum = (Light){0};
     bool any_dense = any(dense);
     reals alike[3] = {0};
     for (int c = 0; c < channels_of(features) && any_dense; c++)
@@ -476,19 +437,19 @@ ALWAYS_INLINE void sub_interval_light(const Cells *k, const Properties *in, cons
     if (features & FEATURE_SHADED)
         shade_at(k, GAUSS, s, sh);
     for (int n = 0; n < GAUSS; n++) {
-        reals u = reals_all(gauss_x[n]), X = run_of(p, u), transmittance[3], surface = {0};
+        reals u = reals_all(gauss_x[n]), X = run_of(p, u), weight[3], surface = {0};
         if (features & FEATURE_SURFACE)
             surface = optical_depth_of_surface(p, X);
         for (int c = 0; c < channels_of(features); c++) {
-            reals depth = optical_depth_of_particles(p, c, u);
+            reals optical_depth = optical_depth_of_particles(p, c, u);
             if (features & FEATURE_SURFACE)
-                depth += surface;
-            transmittance[c] = reals_exp_short(depth);
+                optical_depth += surface;
+            weight[c] = reals_exp_short(optical_depth);
             if (any_dense)
-                transmittance[c] = reals_select(dense, alike[c], transmittance[c]);
-            transmittance[c] *= gauss_w[n];
+                weight[c] = reals_select(dense, alike[c], weight[c]);
+            weight[c] *= gauss_w[n];
         }
-        add_node(k, in, p, features, &sh[n], gauss_x[n], X, transmittance, sum);
+        add_node(k, in, p, features, &sh[n], gauss_x[n], X, weight, sum);
     }
 }
 

@@ -2,7 +2,7 @@
 #ifndef VOL_TRACE_TF_TABLES_H
 #define VOL_TRACE_TF_TABLES_H
 
-#include "trace/scene.h"
+#include "trace/prepared.h"
 
 VolStatus vol_tf_tables_f32_new(const VolScene *scene, VolTfTablesF32 **out, VolError *err);
 void vol_tf_tables_f32_free(VolTfTablesF32 *tables);

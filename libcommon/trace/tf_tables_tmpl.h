@@ -1,5 +1,7 @@
 /* The compiled transfer function in the kernel's precision, laid out for loads by several rays at once.
- * Include real.h or reals.h first. */
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    TfTables, PREPARED_TABLES(), FEATURE_... */
 #ifndef VOL_TRACE_TF_TABLES_TMPL_H
 #define VOL_TRACE_TF_TABLES_TMPL_H
 
@@ -7,7 +9,7 @@
 
 #include "base/mem.h"
 #include "simd/real.h"
-#include "trace/scene.h"
+#include "trace/prepared.h"
 
 /* value(v) = a + b x, x = v - ref */
 typedef struct Line {
@@ -107,12 +109,12 @@ typedef struct TfTables {
 struct VolTfTablesF64 {
     TfTables o;
 };
-#define SCENE_TABLES(scene) (&(scene)->tables64->o)
+#define PREPARED_TABLES(prepared) (&(prepared)->tables64->o)
 #else
 struct VolTfTablesF32 {
     TfTables o;
 };
-#define SCENE_TABLES(scene) (&(scene)->tables32->o)
+#define PREPARED_TABLES(prepared) (&(prepared)->tables32->o)
 #endif
 
 static inline real line_at(Line line, real x) { return real_fma(line.b, x, line.a); }

@@ -5,34 +5,14 @@
  *     kx = c100-c000, ky, kz;  kxy = c110-c100-c010+c000, kxz, kyz;  kq = c111-c110-c101-c011+c100+c010+c001-c000
  * and y(s) = y0 + y1 s etc.,
  *     v = A(s) + B(s) x(s),  A = c000 + ky y + kz z + kyz y z,  B = kx + kxy y + kxz z + kq y z.
- * Corner n has x = n>>2, y = n>>1&1, z = n&1.  Include reals.h first. */
+ * Corner n has x = n>>2, y = n>>1&1, z = n&1.
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    expand_cell(), interpolate_cell(), range_of_corners(), judge_at(), all_finite() */
 #ifndef VOL_TRACE_TRILINEAR_TMPL_H
 #define VOL_TRACE_TRILINEAR_TMPL_H
 
-#include "simd/reals.h"
-
-typedef struct Cubic {
-    reals a0, a1, a2, a3;
-} Cubic;
-
-ALWAYS_INLINE reals cubic_at(const Cubic *c, reals s)
-{
-    return reals_fma(reals_fma(reals_fma(c->a3, s, c->a2), s, c->a1), s, c->a0);
-}
-
-ALWAYS_INLINE reals cubic_slope(const Cubic *c, reals s)
-{
-    return reals_fma(reals_fma(3 * c->a3, s, 2 * c->a2), s, c->a1);
-}
-
-/* a where `mask`, else what was there. */
-ALWAYS_INLINE void cubic_replace(Cubic *old, ints mask, const Cubic *a)
-{
-    old->a0 = reals_select(mask, a->a0, old->a0);
-    old->a1 = reals_select(mask, a->a1, old->a1);
-    old->a2 = reals_select(mask, a->a2, old->a2);
-    old->a3 = reals_select(mask, a->a3, old->a3);
-}
+#include "trace/cubic_tmpl.h"
 
 ALWAYS_INLINE Cubic expand_cell(const reals c[8], const reals p[3], const reals d[3])
 {
@@ -74,17 +54,6 @@ static inline ints all_finite(const reals c[8])
     return (ints)(sum == 0);
 }
 
-/* The Bernstein coefficients enclose the cubic on [0, 1]. */
-ALWAYS_INLINE void cubic_range(const Cubic *v, reals *lo, reals *hi)
-{
-    const reals third = reals_all((real)(1.0 / 3.0));
-    reals b1 = reals_fma(v->a1, third, v->a0);
-    reals b2 = reals_fma(reals_fma(reals_all(2), v->a1, v->a2), third, v->a0);
-    reals b3 = ((v->a0 + v->a1) + v->a2) + v->a3;
-    *lo = reals_min(reals_min(v->a0, b1), reals_min(b2, b3));
-    *hi = reals_max(reals_max(v->a0, b1), reals_max(b2, b3));
-}
-
 /* What a trilinear field cannot leave. */
 ALWAYS_INLINE void range_of_corners(const reals c[8], reals *least, reals *most)
 {
@@ -119,53 +88,6 @@ static inline reals judge_at(const reals c[8], const reals p[3])
         hi = reals_select(in, reals_max(hi, c[n]), hi);
     }
     return reals_min(reals_max(v, lo), hi);
-}
-
-/* Where v'(s) = 0 inside (0, 1), ascending; 1 where there is none.  The quadratic is solved without cancellation. */
-static inline void turning_points(const Cubic *v, reals *first, reals *second)
-{
-    const reals one = reals_all(1);
-    reals a = 3 * v->a3, b = 2 * v->a2, c = v->a1;
-    reals disc = reals_fma(b, b, -4 * a * c);
-    ints real_roots = (ints)(disc > 0);
-    reals root = reals_sqrt(reals_select(real_roots, disc, one));
-    reals q = (real)-0.5 * (b + reals_select((ints)(b < 0), -root, root));
-    reals r0 = q / a, r1 = c / q; /* infinite or NaN where the degree is lower: refused here */
-    r0 = reals_select(real_roots & (ints)(r0 > 0) & (ints)(r0 < 1), r0, one);
-    r1 = reals_select(real_roots & (ints)(r1 > 0) & (ints)(r1 < 1), r1, one);
-    *first = reals_min(r0, r1);
-    *second = reals_max(r0, r1);
-}
-
-/* s in [lo, hi], where v is monotone, with v(s) = target: Newton kept inside a shrinking bracket.  Near a double root
- * Newton alone converges slowly, so the cap is high and bisection takes over. */
-static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi, ints mask)
-{
-    Cubic f = *v;
-    f.a0 -= target;
-    reals f_lo = cubic_at(&f, lo), f_hi = cubic_at(&f, hi);
-    ints outside = (ints)(f_lo == 0) | ~((ints)(f_lo > 0) ^ (ints)(f_hi > 0));
-    reals nearest = reals_select((ints)(reals_abs(f_lo) <= reals_abs(f_hi)), lo, hi);
-    ints rising = (ints)(f_hi > f_lo), open = mask & ~outside;
-    reals bend = reals_fma(reals_all(3), reals_abs(v->a3), reals_abs(v->a2)); /* |f''| / 2 at the most */
-    reals s = lo - f_lo * (hi - lo) / (f_hi - f_lo);
-    s = reals_min(reals_max(s, lo), hi);
-    for (int i = 0; i < 60 && any(open); i++) {
-        reals value = cubic_at(&f, s);
-        open &= ~(ints)(value == 0);
-        ints before = ~((ints)(value < 0) ^ rising);
-        lo = reals_select(before, s, lo);
-        hi = reals_select(before, hi, s);
-        reals slope = cubic_slope(&f, s), next = s - value / slope;
-        ints newton = (ints)(next > lo) & (ints)(next < hi);
-        next = reals_select(newton, next, (real)0.5 * (lo + hi));
-        open &= (ints)(next > lo) & (ints)(next < hi);
-        reals move = reals_abs(next - s), least = REAL_EPSILON * (real)0.25 * reals_abs(s);
-        s = reals_select(open, next, s);
-        /* Newton's next move would be about move^2 |f'' / 2 f'|. */
-        open &= ~(newton & (ints)(move * move * bend <= least * reals_abs(slope))) & (ints)(move > least);
-    }
-    return reals_select(outside, nearest, s);
 }
 
 #endif

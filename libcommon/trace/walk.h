@@ -4,7 +4,7 @@
  * there: leaving bricks out changes nothing in those that remain.  An axis that the ray runs along has no planes.
  *
  * Outside the nodes that have bricks of their own, what is of one value is a box of many bricks: invisible, it is passed
- * over in one step; visible, it is one stretch.  Where gradients are asked for, its outermost bricks (scene->margin), in
+ * over in one step; visible, it is one stretch.  Where gradients are asked for, its outermost bricks (space->margin), in
  * which they may differ from 0, remain bricks. */
 #ifndef VOL_TRACE_WALK_H
 #define VOL_TRACE_WALK_H
@@ -12,10 +12,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "trace/scene.h"
+#include "trace/empty_space.h"
+#include "trace/ray.h"
 
 typedef struct Walk {
-    const VolScene *scene;
+    const VolGrid *grid;
+    const VolEmptySpace *space;
     double o[3], d[3], inv[3]; /* index space, per world unit of t */
     double t, end;
     double start;              /* of the ray itself */
@@ -111,11 +113,12 @@ static inline void walk_ray(const VolGrid *grid, const VolRay *ray, double os[3]
 }
 
 /* Bricks outside the box around the visible ones are never looked at. */
-static inline void walk_begin(Walk *w, const VolScene *scene, const VolRay *ray)
+static inline void walk_begin(Walk *w, const VolGrid *grid, const VolEmptySpace *space, const VolRay *ray)
 {
     double os[3], ds[3];
-    walk_ray(scene->grid, ray, os, ds);
-    w->scene = scene;
+    walk_ray(grid, ray, os, ds);
+    w->grid = grid;
+    w->space = space;
     w->t = w->start = ray->t0;
     w->end = ray->t1;
     w->node_at[0] = w->root_at[0] = INT32_MAX;
@@ -126,8 +129,8 @@ static inline void walk_begin(Walk *w, const VolScene *scene, const VolRay *ray)
         w->inv[a] = ds[a] == 0 ? 0 : 1 / ds[a];
         w->step[a] = (ds[a] > 0) - (ds[a] < 0);
         w->facing[a] = ds[a] < 0 ? VOL_BRICK_CELLS : ds[a] > 0 ? 0 : -1;
-        w->at_min[a] = scene->visible_min[a];
-        w->at_max[a] = scene->visible_max[a];
+        w->at_min[a] = space->visible_min[a];
+        w->at_max[a] = space->visible_max[a];
         if (w->d[a] != 0) {
             bool up = w->d[a] > 0;
             int32_t in = up ? w->at_min[a] : w->at_max[a] + 1, out = up ? w->at_max[a] + 1 : w->at_min[a];
@@ -171,7 +174,7 @@ static inline void walk_entry(const Walk *w, BrickSpan *span)
     if (w->t != w->start)
         return;
     for (int a = 0; a < 3; a++) {
-        double entry = w->d[a] > 0 ? w->scene->grid->domain_min[a] : w->scene->grid->domain_max[a];
+        double entry = w->d[a] > 0 ? w->grid->domain_min[a] : w->grid->domain_max[a];
         if (w->d[a] != 0 && !(w->through >> a & 1) && (entry - w->o[a]) * w->inv[a] == w->t)
             span->e[a] = within_brick(entry - w->at[a] * VOL_BRICK_CELLS);
     }
@@ -181,7 +184,7 @@ static inline void walk_entry(const Walk *w, BrickSpan *span)
  * along that axis). */
 static inline bool ends_on_face(const Walk *w, int a, double t)
 {
-    const VolGrid *grid = w->scene->grid;
+    const VolGrid *grid = w->grid;
     double face = w->d[a] > 0 ? grid->domain_max[a] : grid->domain_min[a];
     return w->d[a] != 0 && grid->domain_min[a] + 1 <= grid->domain_max[a] && face == floor(face) &&
            (face - w->o[a]) * w->inv[a] == t;
@@ -234,14 +237,14 @@ static inline void walk_look_wide(Walk *w, uint32_t *brick, WalkBox *box)
         at[a] = w->at[a] >> VOL_ROOT_LOG2;
     if (memcmp(at, w->root_at, sizeof at) != 0) {
         memcpy(w->root_at, at, sizeof at);
-        w->root = vol_grid_root(w->scene->grid, at[0], at[1], at[2]);
+        w->root = vol_grid_root(w->grid, at[0], at[1], at[2]);
     }
     *brick = 0;
     if (w->root)
         walk_octants(w, w->root->octants, VOL_ROOT_LOG2, brick, box);
     if (w->root && !w->root->has_nodes)
         return;
-    int log2 = vol_grid_empty_around(w->scene->grid, w->node_at);
+    int log2 = vol_grid_empty_around(w->grid, w->node_at);
     for (int a = 0; a < 3; a++) {
         int32_t first = w->at[a] & -(1 << log2), last = first + ((1 << log2) - 1);
         box->lo[a] = w->root && box->lo[a] > first ? box->lo[a] : first;
@@ -262,8 +265,8 @@ static inline double walk_leaves_box(const Walk *w, const WalkBox *box, double a
 /* What of a visible box may be crossed in one go; false: nothing, at w->at. */
 static inline bool walk_narrow(const Walk *w, uint32_t brick, WalkBox *box)
 {
-    int32_t margin = w->scene->margin;
-    bool inside = margin >= 0 && vol_brick_is_uniform(&w->scene->grid->bricks[brick]);
+    int32_t margin = w->space->margin;
+    bool inside = margin >= 0 && vol_brick_is_uniform(&w->grid->bricks[brick]);
     for (int a = 0; a < 3; a++) {
         box->lo[a] += margin;
         box->hi[a] -= margin;
@@ -293,17 +296,16 @@ static inline bool walk_cross(Walk *w, uint32_t brick, const WalkBox *box, bool 
  * for by walk_look_wide. */
 static inline unsigned walk_look(Walk *w, uint32_t *brick)
 {
-    const VolScene *scene = w->scene;
     int32_t n[3] = {w->at[0] >> 4, w->at[1] >> 4, w->at[2] >> 4};
     if (n[0] != w->node_at[0] || n[1] != w->node_at[1] || n[2] != w->node_at[2]) {
-        w->node = vol_grid_node(scene->grid, n[0], n[1], n[2]);
+        w->node = vol_grid_node(w->grid, n[0], n[1], n[2]);
         memcpy(w->node_at, n, sizeof n);
     }
     if (!w->node || !w->node->bricks)
         return VOL_WIDE;
     size_t place = (size_t)(((w->at[0] & 15) * 16 + (w->at[1] & 15)) * 16 + (w->at[2] & 15));
     *brick = w->node->bricks[place];
-    return scene->empty_levels[(size_t)w->node->detail * VOL_NODE_ENTRIES + place];
+    return w->space->levels[(size_t)w->node->detail * VOL_NODE_ENTRIES + place];
 }
 
 /* The next visible brick's stretch, of positive length; false at the end of the ray.  `entry`: also where it begins and
@@ -319,7 +321,7 @@ static inline bool walk_next(Walk *w, bool entry, BrickSpan *span)
         if (level == VOL_WIDE) {
             WalkBox box;
             walk_look_wide(w, &brick, &box);
-            level = w->scene->brick_visible[brick] ? VOL_VISIBLE : 0;
+            level = w->space->brick_visible[brick] ? VOL_VISIBLE : 0;
             if (level != VOL_VISIBLE || walk_narrow(w, brick, &box)) {
                 w->blocks += level != VOL_VISIBLE;
                 if (walk_cross(w, brick, &box, level == VOL_VISIBLE, entry, span))

@@ -12,7 +12,7 @@
 
 #include "volume/grid.h"
 #include "trace/lights.h"
-#include "trace/scene.h"
+#include "trace/trace.h"
 #include "tf/tf.h"
 
 typedef struct Random {
@@ -52,6 +52,7 @@ typedef struct RandomScene {
     VolLight lights[2];
     VolClip clip;
     VolScene scene;
+    VolPrepared prepared;
     int32_t lo[3], hi[3];
     int exponent; /* values and nodes are times 2^this */
 } RandomScene;
@@ -253,7 +254,7 @@ __attribute__((unused)) static void random_scene(Random *r, int flags, RandomSce
                           .preint = &s->tables, .integrals = &s->integrals,
                           .light_count = random_below(r, 2) ? 2 : 1, .clips = &s->clip,
                           .clip_count = (size_t)random_below(r, 2), .step = 0.2,
-                          .layers = random_below(r, 2) ? VOL_LAYER_Z : 0};
+                          .layers = random_below(r, 2) ? 1u << VOL_LAYER_Z : 0};
 }
 
 __attribute__((unused)) static void random_scene_free(RandomScene *s)
@@ -297,18 +298,18 @@ static inline size_t random_packet(Random *r, const RandomScene *s, size_t most,
 /* Of a scene that was prepared. */
 static inline void end_scene(RandomScene *s)
 {
-    vol_scene_release(&s->scene);
+    vol_prepared_free(&s->prepared);
     random_scene_free(s);
 }
 
 /* A packet of rays through the scene's kernel. */
-static inline void trace_rays(const VolScene *scene, const VolRay *rays, size_t count, VolRadiance *out)
+static inline void trace_rays(const VolPrepared *prepared, const VolRay *rays, size_t count, VolRadiance *out)
 {
     VolScratch scratch;
-    if (vol_scratch_new(scene, &scratch, NULL))
+    if (vol_scratch_new(prepared, &scratch, NULL))
         abort();
     memset(out, 0, count * sizeof *out);
-    vol_trace_rays(scene, &scratch, rays, count, out);
+    vol_trace_rays(&(VolTraceCall){.prepared = prepared, .scratch = &scratch, .rays = rays, .count = count, .out = out});
     vol_scratch_free(&scratch);
 }
 

@@ -20,10 +20,10 @@ static bool direct_scene(uint64_t seed, int flags, Random *r, RandomScene *s)
     random_scene(r, flags, s);
     s->scene.estimator = VOL_ESTIMATE_DIRECT;
     s->scene.step = step_lengths[seed % 4];
-    s->scene.layers = seed / 4 % 2 ? VOL_LAYER_Z | VOL_LAYER_NORMAL : 0;
+    s->scene.layers = seed / 4 % 2 ? 1u << VOL_LAYER_Z | 1u << VOL_LAYER_NORMAL : 0;
     s->scene.precise = seed / 8 % 2;
     s->scene.cpu = VOL_CPU_SCALAR;
-    return vol_scene_prepare(&s->scene, NULL) == VOL_OK;
+    return vol_scene_prepare(&s->scene, &s->prepared, NULL) == VOL_OK;
 }
 
 static void company_levels_and_skipping_change_nothing(void)
@@ -37,29 +37,31 @@ static void company_levels_and_skipping_change_nothing(void)
         if (!direct_scene(seed, 0, &r, &s))
             abort();
         size_t count = random_packet(&r, &s, RAYS, rays);
-        trace_rays(&s.scene, rays, count, all);
+        trace_rays(&s.prepared, rays, count, all);
         for (size_t i = 0; i < count; i++) {
-            trace_rays(&s.scene, &rays[i], 1, &other[i]);
+            trace_rays(&s.prepared, &rays[i], 1, &other[i]);
             if (memcmp(&other[i], &all[i], sizeof *all) != 0)
                 FAIL("seed %d ray %d: R %.17g in company, %.17g alone", (int)seed, (int)i, all[i].color[0],
                      other[i].color[0]);
             marched += all[i].cells > 0;
         }
         VolScene best = s.scene, plain = s.scene;
+        VolPrepared prepared_best = s.prepared, prepared_plain;
+        prepared_best.scene = &best;
         if (vol_cpu_choose("auto", &best.cpu, NULL))
             abort();
-        trace_rays(&best, rays, count, other);
+        trace_rays(&prepared_best, rays, count, other);
         if (memcmp(all, other, count * sizeof *all) != 0)
             FAIL("seed %d: cpu levels differ", (int)seed);
         plain.skip = false;
-        if (vol_scene_prepare(&plain, NULL))
+        if (vol_scene_prepare(&plain, &prepared_plain, NULL))
             abort();
-        trace_rays(&plain, rays, count, other);
+        trace_rays(&prepared_plain, rays, count, other);
         for (size_t i = 0; i < count; i++)
             if (memcmp(&other[i], &all[i], sizeof *all) != 0)
                 FAIL("seed %d ray %d: R %.17g tau %.17g with skipping, %.17g %.17g without", (int)seed, (int)i,
                      all[i].color[0], all[i].optical_depth[0], other[i].color[0], other[i].optical_depth[0]);
-        vol_scene_release(&plain);
+        vol_prepared_free(&prepared_plain);
         end_scene(&s);
     }
     CHECK(marched > SCENES); /* most rays met something */
@@ -209,7 +211,7 @@ static void agrees_with_its_definition(void)
         if (!direct_scene(seed, RANDOM_NO_PLATEAUS | RANDOM_UNSHADED, &r, &s))
             abort();
         size_t count = random_packet(&r, &s, RAYS, rays);
-        trace_rays(&s.scene, rays, count, got);
+        trace_rays(&s.prepared, rays, count, got);
         for (size_t i = 0; i < count; i++) {
             Reference want;
             reference(&s, &rays[i], &want);

@@ -56,7 +56,7 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
     s->lights[0] = vol_light_head();
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
     s->scene = (VolScene){.grid = s->grid, .lights = s->lights, .light_count = random_below(&r, 2) ? 2 : 1, .skip = true,
-                          .step = 0.2, .estimator = estimator, .cpu = best_cpu, .layers = VOL_LAYER_Z};
+                          .step = 0.2, .estimator = estimator, .cpu = best_cpu, .layers = 1u << VOL_LAYER_Z};
     s->scene.unit = job->appearance.unit;
     s->scene.tf = vol_appearance_compiled(&job->appearance);
     s->scene.preint = vol_appearance_preint(&job->appearance);
@@ -79,13 +79,14 @@ static void render(Job *job, VolCpu cpu, bool precise, Picture *out, VolFrameCou
     VolScene *scene = &job->s.scene;
     scene->cpu = cpu;
     scene->precise = precise;
-    if (vol_scene_prepare(scene, NULL))
+    if (vol_scene_prepare(scene, &job->s.prepared, NULL))
         abort();
-    const VolFrame frame = {.scene = scene, .camera = &job->camera, .samples = 1};
+    const VolFrame frame = {.prepared = &job->s.prepared, .camera = &job->camera, .samples = 1};
+    const VolFrameJob all = {.frame = &frame, .width = WIDTH, .height = HEIGHT, .threads = 1, .put = put, .put_user = out};
     memset(out, 0, sizeof *out);
-    if (vol_frame_render(&frame, 0, 0, WIDTH, HEIGHT, 1, NULL, NULL, put, out, counts, NULL))
+    if (vol_frame_render(&all, counts, NULL))
         abort();
-    vol_scene_release(scene);
+    vol_prepared_free(&job->s.prepared);
 }
 
 static bool is_sane(const VolPixelValue *pixel)
@@ -93,8 +94,8 @@ static bool is_sane(const VolPixelValue *pixel)
     bool sane = isfinite(pixel->depth);
     for (int c = 0; c < 3; c++)
         sane = sane && pixel->color[c] >= 0 && isfinite((float)pixel->color[c]) && pixel->alpha[c] >= 0 &&
-               pixel->alpha[c] <= 1 && isfinite(pixel->normal[c]) && pixel->surface[c] >= 0 && pixel->scatter[c] >= 0 &&
-               pixel->emit[c] >= 0;
+               pixel->alpha[c] <= 1 && isfinite(pixel->sum[VOL_SUM_NORMAL][c]) && pixel->sum[VOL_SUM_SURFACE][c] >= 0 &&
+               pixel->sum[VOL_SUM_SCATTER][c] >= 0 && pixel->sum[VOL_SUM_EMIT][c] >= 0;
     return sane;
 }
 

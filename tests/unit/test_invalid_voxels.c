@@ -108,24 +108,25 @@ static void scene_of_bricks(Random *r, bool visible, double step, RandomScene *s
 static int compare_skipping(RandomScene *s, Random *r, uint64_t seed)
 {
     VolScene plain = s->scene;
+    VolPrepared prepared_plain;
     int seen = 0;
     plain.skip = false;
-    if (vol_scene_prepare(&s->scene, NULL) || vol_scene_prepare(&plain, NULL))
+    if (vol_scene_prepare(&s->scene, &s->prepared, NULL) || vol_scene_prepare(&plain, &prepared_plain, NULL))
         abort();
     for (int i = 0; i < RAYS; i++) {
         VolRay ray = random_ray(r, s);
         VolRadiance a, b;
         if (!vol_ray_clip(&s->scene, &ray))
             continue;
-        trace_rays(&s->scene, &ray, 1, &a);
-        trace_rays(&plain, &ray, 1, &b);
+        trace_rays(&s->prepared, &ray, 1, &a);
+        trace_rays(&prepared_plain, &ray, 1, &b);
         seen += b.optical_depth[0] > 0;
         if (memcmp(&a, &b, sizeof a) != 0)
             FAIL("seed %d ray %d estimator %d precise %d step %g: tau %.17g with skipping, %.17g without", (int)seed, i,
                  (int)plain.estimator, plain.precise, plain.step, a.optical_depth[0], b.optical_depth[0]);
     }
-    vol_scene_release(&s->scene);
-    vol_scene_release(&plain);
+    vol_prepared_free(&s->prepared);
+    vol_prepared_free(&prepared_plain);
     return seen;
 }
 

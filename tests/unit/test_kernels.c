@@ -21,7 +21,7 @@ static VolRadiance traced(RandomScene *s, VolCpu cpu, VolEstimator estimator, co
     VolRadiance out;
     s->scene.cpu = cpu;
     s->scene.estimator = estimator;
-    trace_rays(&s->scene, ray, 1, &out);
+    trace_rays(&s->prepared, ray, 1, &out);
     return out;
 }
 
@@ -40,7 +40,7 @@ static void begin_scene(uint64_t seed, int flags, bool precise, Random *r, Rando
     *r = (Random){seed};
     random_scene(r, flags, s);
     s->scene.precise = precise;
-    if (vol_scene_prepare(&s->scene, NULL))
+    if (vol_scene_prepare(&s->scene, &s->prepared, NULL))
         abort();
 }
 
@@ -80,15 +80,15 @@ static void company_changes_nothing(void)
             random_scene(&r, 0, &s);
             s.scene.precise = seed % 4 == 0;
             s.scene.estimator = (VolEstimator)e;
-            s.scene.layers = seed % 2 ? VOL_LAYER_Z | VOL_LAYER_SURFACE : 0;
-            if (vol_cpu_choose("auto", &s.scene.cpu, NULL) || vol_scene_prepare(&s.scene, NULL))
+            s.scene.layers = seed % 2 ? 1u << VOL_LAYER_Z | 1u << VOL_LAYER_SURFACE : 0;
+            if (vol_cpu_choose("auto", &s.scene.cpu, NULL) || vol_scene_prepare(&s.scene, &s.prepared, NULL))
                 abort();
             VolRay rays[VOL_PACKET];
             VolRadiance all[VOL_PACKET], one;
             size_t count = random_packet(&r, &s, VOL_PACKET, rays);
-            trace_rays(&s.scene, rays, count, all);
+            trace_rays(&s.prepared, rays, count, all);
             for (size_t i = 0; i < count; i++) {
-                trace_rays(&s.scene, &rays[i], 1, &one);
+                trace_rays(&s.prepared, &rays[i], 1, &one);
                 if (memcmp(&one, &all[i], sizeof one) != 0)
                     FAIL("seed %d ray %d estimator %d: %.17g alone, %.17g in company", (int)seed, (int)i, e, one.color[0],
                          all[i].color[0]);
@@ -108,9 +108,10 @@ static void skipping_changes_nothing(void)
             RandomScene s;
             random_scene(&r, seed & 1 ? RANDOM_BOUNDED : 0, &s);
             VolScene plain = s.scene;
+            VolPrepared prepared_plain;
             plain.skip = false;
             plain.precise = s.scene.precise = precise;
-            if (vol_scene_prepare(&s.scene, NULL) || vol_scene_prepare(&plain, NULL))
+            if (vol_scene_prepare(&s.scene, &s.prepared, NULL) || vol_scene_prepare(&plain, &prepared_plain, NULL))
                 abort();
             for (int i = 0; i < RAYS; i++) {
                 VolRay ray = random_ray(&r, &s);
@@ -119,14 +120,14 @@ static void skipping_changes_nothing(void)
                 for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
                     VolRadiance a, b;
                     s.scene.estimator = plain.estimator = (VolEstimator)e;
-                    trace_rays(&s.scene, &ray, 1, &a);
-                    trace_rays(&plain, &ray, 1, &b);
+                    trace_rays(&s.prepared, &ray, 1, &a);
+                    trace_rays(&prepared_plain, &ray, 1, &b);
                     if (memcmp(&a, &b, sizeof a) != 0)
                         FAIL("seed %d ray %d estimator %d precise %d: %.17g with skipping, %.17g without (tau %.17g, %.17g)",
                              (int)seed, i, e, precise, a.color[0], b.color[0], a.optical_depth[0], b.optical_depth[0]);
                 }
             }
-            vol_scene_release(&plain);
+            vol_prepared_free(&prepared_plain);
             end_scene(&s);
         }
 }
@@ -140,16 +141,17 @@ static void float_stays_near_double(void)
         RandomScene s;
         random_scene(&r, RANDOM_NO_PLATEAUS | RANDOM_NO_DELTAS | RANDOM_UNSHADED, &s);
         VolScene precise = s.scene;
+        VolPrepared prepared_precise;
         precise.precise = true;
-        if (vol_scene_prepare(&s.scene, NULL) || vol_scene_prepare(&precise, NULL))
+        if (vol_scene_prepare(&s.scene, &s.prepared, NULL) || vol_scene_prepare(&precise, &prepared_precise, NULL))
             abort();
         for (int i = 0; i < RAYS; i++) {
             VolRay ray = random_ray(&r, &s);
             if (!vol_ray_clip(&s.scene, &ray))
                 continue;
             VolRadiance a, b;
-            trace_rays(&s.scene, &ray, 1, &a);
-            trace_rays(&precise, &ray, 1, &b);
+            trace_rays(&s.prepared, &ray, 1, &a);
+            trace_rays(&prepared_precise, &ray, 1, &b);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(a.color[c] - b.color[c]) / fmax(1, fabs(b.color[c]));
                 worst = fmax(worst, error);
@@ -157,7 +159,7 @@ static void float_stays_near_double(void)
                 count++;
             }
         }
-        vol_scene_release(&precise);
+        vol_prepared_free(&prepared_precise);
         end_scene(&s);
     }
     printf("# colour, float to double: rms %.3g, largest %.3g\n", sqrt(sum / count), worst);
@@ -234,7 +236,7 @@ static void exact_agrees_with_a_fine_march(void)
                 continue;
             VolRadiance got;
             double color[3], optical_depth[3];
-            trace_rays(&s.scene, &ray, 1, &got);
+            trace_rays(&s.prepared, &ray, 1, &got);
             march(&s, &ray, 40000, color, optical_depth);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(got.color[c] - color[c]) / fmax(1, color[c]);
@@ -251,11 +253,11 @@ static void exact_agrees_with_a_fine_march(void)
     printf("# largest difference from the march: %.3g\n", worst);
 }
 
-static void stop_at(VolScene *scene, double opacity)
+static void stop_at(RandomScene *s, double opacity)
 {
-    vol_scene_release(scene);
-    scene->termination_opacity = opacity;
-    if (vol_scene_prepare(scene, NULL))
+    vol_prepared_free(&s->prepared);
+    s->scene.termination_opacity = opacity;
+    if (vol_scene_prepare(&s->scene, &s->prepared, NULL))
         abort();
 }
 
@@ -272,10 +274,10 @@ static void early_termination_keeps_its_bound(void)
             if (!vol_ray_clip(&s.scene, &ray))
                 continue;
             VolRadiance all, cut;
-            stop_at(&s.scene, 0x1p-200);
-            trace_rays(&s.scene, &ray, 1, &all);
-            stop_at(&s.scene, 0x1p-10);
-            trace_rays(&s.scene, &ray, 1, &cut);
+            stop_at(&s, 0x1p-200);
+            trace_rays(&s.prepared, &ray, 1, &all);
+            stop_at(&s, 0x1p-10);
+            trace_rays(&s.prepared, &ray, 1, &cut);
             for (int c = 0; c < 3; c++) {
                 double error = fabs(all.color[c] - cut.color[c]);
                 error = fmax(error, fabs(exp(-all.optical_depth[c]) - exp(-cut.optical_depth[c])));
@@ -296,8 +298,8 @@ static void parts_add_up_to_the_colour(void)
         Random r = {seed};
         RandomScene s;
         random_scene(&r, 0, &s);
-        s.scene.layers = VOL_LAYER_SURFACE;
-        if (vol_scene_prepare(&s.scene, NULL))
+        s.scene.layers = 1u << VOL_LAYER_SURFACE;
+        if (vol_scene_prepare(&s.scene, &s.prepared, NULL))
             abort();
         for (int i = 0; i < RAYS; i++) {
             VolRay ray = random_ray(&r, &s);
@@ -307,7 +309,8 @@ static void parts_add_up_to_the_colour(void)
             for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
                 out = traced(&s, VOL_CPU_SCALAR, (VolEstimator)e, &ray);
                 for (int c = 0; c < 3; c++) {
-                    CHECK_NEAR(out.surface[c] + out.scatter[c] + out.emit[c], out.color[c], 1e-6, 1e-7);
+                    double sum = out.sum[VOL_SUM_SURFACE][c] + out.sum[VOL_SUM_SCATTER][c] + out.sum[VOL_SUM_EMIT][c];
+                    CHECK_NEAR(sum, out.color[c], 1e-6, 1e-7);
                     CHECK(isfinite(out.color[c]) && out.color[c] >= 0 && out.optical_depth[c] >= 0);
                 }
             }
@@ -350,14 +353,15 @@ static void what_a_ray_passed_counts_however_it_ends(void)
         VolRay ray = {{-1, 3.5, 3.5}, {1, 0, 0}, 0, INFINITY};
         VolRadiance out;
         s.scene.estimator = (VolEstimator)e;
-        if (vol_scene_prepare(&s.scene, NULL) || !vol_ray_clip(&s.scene, &ray) || vol_scratch_new(&s.scene, &scratch, NULL))
+        if (vol_scene_prepare(&s.scene, &s.prepared, NULL) || !vol_ray_clip(&s.scene, &ray) ||
+            vol_scratch_new(&s.prepared, &scratch, NULL))
             abort();
-        vol_trace_rays(&s.scene, &scratch, &ray, 1, &out);
+        vol_trace_rays(&(VolTraceCall){.prepared = &s.prepared, .scratch = &scratch, .rays = &ray, .count = 1, .out = &out});
         CHECK(scratch.skipped.rays_ended == 1 && scratch.skipped.bricks_entered == 3);
         if (scratch.skipped.blocks != 1)
             FAIL("estimator %d: %d blocks passed over", e, (int)scratch.skipped.blocks);
         vol_scratch_free(&scratch);
-        vol_scene_release(&s.scene);
+        vol_prepared_free(&s.prepared);
     }
     random_scene_free(&s);
 }
@@ -405,12 +409,12 @@ static void bench_grid(RandomScene *s)
 }
 
 /* Seconds for a square of rays; best of three. */
-static double bench_rays(VolScene *scene, double *cells)
+static double bench_rays(const VolPrepared *prepared, double *cells)
 {
     enum { SIDE = 96, ROWS = VOL_PACKET / 4 };
     VolScratch scratch;
     double best = INFINITY;
-    if (vol_scratch_new(scene, &scratch, NULL))
+    if (vol_scratch_new(prepared, &scratch, NULL))
         abort();
     for (int run = 0; run < 3; run++) {
         double begin = seconds_now();
@@ -424,10 +428,11 @@ static double bench_rays(VolScene *scene, double *cells)
                 VolVec3 from = {90.0 * x / SIDE - 20, 90.0 * y / SIDE - 20, -200}, to = {31.5, 31.5, 31.5};
                 VolVec3 d = vol_vec3(0.3 * (to.x - from.x), 0.3 * (to.y - from.y), to.z - from.z);
                 rays[count] = (VolRay){from, vol_scale(d, 1 / vol_length(d)), 0, INFINITY};
-                count += vol_ray_clip(scene, &rays[count]);
+                count += vol_ray_clip(prepared->scene, &rays[count]);
             }
             if (count)
-                vol_trace_rays(scene, &scratch, rays, count, out);
+                vol_trace_rays(&(VolTraceCall){.prepared = prepared, .scratch = &scratch, .rays = rays, .count = count,
+                                               .out = out});
             for (size_t i = 0; i < count; i++)
                 *cells += out[i].cells;
         }
@@ -447,10 +452,10 @@ static void bench_kernel(RandomScene *s, const char *tf_name, VolCpu best)
             s->scene.estimator = (VolEstimator)e;
             for (int level = 0; level < 2; level++) {
                 s->scene.cpu = level ? best : VOL_CPU_SCALAR;
-                if (vol_scene_prepare(&s->scene, NULL))
+                if (vol_scene_prepare(&s->scene, &s->prepared, NULL))
                     abort();
-                seconds[level] = bench_rays(&s->scene, &cells);
-                vol_scene_release(&s->scene);
+                seconds[level] = bench_rays(&s->prepared, &cells);
+                vol_prepared_free(&s->prepared);
             }
             printf("%-16s %-10s %-6s %7.1f ns per cell or sample, scalar %7.1f: %5.1f times\n", tf_name, names[e],
                    precise ? "double" : "float", 1e9 * seconds[1] / cells, 1e9 * seconds[0] / cells,

@@ -59,18 +59,18 @@ typedef struct Batch {
     float v0[LANES], v1[LANES];
 } Batch;
 
-static void random_batch(Random *r, const VolScene *scene, bool table, unsigned features, Batch *out)
+static void random_batch(Random *r, const VolPrepared *prepared, bool table, unsigned features, Batch *out)
 {
     reals v0, v1;
     for (int i = 0; i < LANES; i++) {
-        random_ends(r, scene->tf, &out->v0[i], &out->v1[i]);
+        random_ends(r, prepared->scene->tf, &out->v0[i], &out->v1[i]);
         v0[i] = out->v0[i];
         v1[i] = out->v1[i];
     }
     memset(&out->a, 0, sizeof out->a);
     memset(&out->b, 0, sizeof out->b);
-    find_end(SCENE_TABLES(scene), v0, table, features, &out->a);
-    find_end(SCENE_TABLES(scene), v1, table, features, &out->b);
+    find_end(PREPARED_TABLES(prepared), v0, table, features, &out->a);
+    find_end(PREPARED_TABLES(prepared), v1, table, features, &out->b);
 }
 
 typedef struct Worst {
@@ -98,7 +98,7 @@ static void judge(Worst *all, const Worst *here, double tolerance, uint64_t seed
     if (!(here->error < tolerance))
         FAIL("seed %d: %.9g to %.9g: off by %.3g (got particles' opacity %.9g, depth %.9g)", (int)seed,
              (double)ends->v0[i], (double)ends->v1[i], here->error, (double)parts->particles_a[i],
-             (double)parts->depth[0][i]);
+             (double)parts->optical_depth[0][i]);
     all->error = fmax(all->error, here->error);
     all->sum += here->sum;
     all->count += here->count;
@@ -118,13 +118,13 @@ static void for_batches(bool tables, void (*check)(uint64_t seed, RandomScene *s
         random_scene(&r, RANDOM_NO_DELTAS, &s);
         if (!tables)
             s.scene.preint = NULL;
-        if (vol_scene_prepare(&s.scene, NULL))
+        if (vol_scene_prepare(&s.scene, &s.prepared, NULL))
             abort();
-        const TfTables *o = SCENE_TABLES(&s.scene);
+        const TfTables *o = PREPARED_TABLES(&s.prepared);
         unsigned features = o->features & (FEATURE_SURFACE | FEATURE_COLOURED | FEATURE_EMIT);
         for (int n = 0; n < BATCHES; n++) {
             Batch ends;
-            random_batch(&r, &s.scene, o->lookup.entries != NULL, features, &ends);
+            random_batch(&r, &s.prepared, o->lookup.entries != NULL, features, &ends);
             check(seed, &s, &ends, features);
         }
         end_scene(&s);
@@ -138,7 +138,7 @@ static double tables_covered, tables_all;
 
 static void compare_with_tables(uint64_t seed, RandomScene *s, const Batch *ends, unsigned features)
 {
-    const TfTables *o = SCENE_TABLES(&s->scene);
+    const TfTables *o = PREPARED_TABLES(&s->prepared);
     SegmentParts parts;
     Doubles length;
     memset(&length, 0, sizeof length);
@@ -148,14 +148,14 @@ static void compare_with_tables(uint64_t seed, RandomScene *s, const Batch *ends
         tables_covered += __builtin_popcount(mask_bits(known));
     }
     tables_all += LANES;
-    look_up_full(&s->scene, &ends->a, &ends->b, &length, ints_all(-1), ints_all(-1), features, &parts);
+    look_up_full(&s->prepared, &ends->a, &ends->b, &length, ints_all(-1), ints_all(-1), features, &parts);
     for (int i = 0; i < LANES; i++) {
         VolPreintSegment p;
         Worst here = {0};
         if (at_dense_bin(&s->tables, ends->v0[i]) || at_dense_bin(&s->tables, ends->v1[i]))
             continue;
         vol_preint_full_at(&s->tables, (double)ends->v0[i], (double)ends->v1[i], s->scene.step, &p);
-        compare_depths(&here, parts.depth[0][i], p.depth[0]);
+        compare_depths(&here, parts.optical_depth[0][i], p.depth[0]);
         compare(&here, parts.particles_a[i], p.p_a[0]);
         for (int c = 0; c < 3; c++) {
             compare(&here, parts.particles_c[c][i], p.p_c[c]);
@@ -200,13 +200,13 @@ static void compare_with_integrals(uint64_t seed, RandomScene *s, const Batch *e
     memset(&parts, 0, sizeof parts);
     for (int i = 0; i < LANES; i++)
         length[i] = (real)random_in(&lengths, 0, 0.4);
-    look_up_integrals(&s->scene, &ends->a, &ends->b, length, ints_all(-1), features, &parts);
+    look_up_integrals(&s->prepared, &ends->a, &ends->b, length, ints_all(-1), features, &parts);
     for (int i = 0; i < LANES; i++) {
         VolPreintApproximation p;
         Worst here = {0};
         vol_preint_integrals_at(&s->integrals, (double)ends->v0[i], (double)ends->v1[i], (double)length[i], &p);
         for (int c = 0; c < 3; c++) {
-            compare_depths(&here, parts.depth[features & FEATURE_COLOURED ? c : 0][i], p.depth[c]);
+            compare_depths(&here, parts.optical_depth[features & FEATURE_COLOURED ? c : 0][i], p.depth[c]);
             compare(&here, parts.particles_c[c][i], p.particle_c[c]);
             if (features & FEATURE_SURFACE) {
                 compare(&here, parts.front_c[c][i], p.surface_c[c]);

@@ -16,6 +16,7 @@ typedef struct OneCell {
     VolTfCompiled compiled;
     VolTfIntegrals integrals;
     VolScene scene;
+    VolPrepared prepared;
 } OneCell;
 
 static VolGrid *cell_grid(Random *r)
@@ -50,13 +51,13 @@ static void make_cell(Random *r, const char *lists, OneCell *cell)
         abort();
     cell->scene = (VolScene){.grid = cell->grid, .tf = &cell->compiled,
                              .integrals = &cell->integrals, .precise = true, .skip = true};
-    if (vol_scene_prepare(&cell->scene, NULL))
+    if (vol_scene_prepare(&cell->scene, &cell->prepared, NULL))
         abort();
 }
 
 static void free_cell(OneCell *cell)
 {
-    vol_scene_release(&cell->scene);
+    vol_prepared_free(&cell->prepared);
     vol_tf_integrals_free(&cell->integrals);
     vol_tf_compiled_free(&cell->compiled);
     vol_tf_free(&cell->tf);
@@ -64,19 +65,19 @@ static void free_cell(OneCell *cell)
 }
 
 /* The tables belong to what is prepared. */
-static void traced(VolScene *scene, const VolRay *ray, VolRadiance *out)
+static void traced(OneCell *cell, const VolRay *ray, VolRadiance *out)
 {
-    vol_scene_release(scene);
-    if (vol_scene_prepare(scene, NULL))
+    vol_prepared_free(&cell->prepared);
+    if (vol_scene_prepare(&cell->scene, &cell->prepared, NULL))
         abort();
-    trace_rays(scene, ray, 1, out);
+    trace_rays(&cell->prepared, ray, 1, out);
 }
 
 static double error_of(OneCell *cell, const VolRay *ray, VolEstimator estimator, int steps)
 {
     VolRadiance exact, got;
     cell->scene.estimator = VOL_ESTIMATE_EXACT;
-    traced(&cell->scene, ray, &exact);
+    traced(cell, ray, &exact);
     cell->scene.estimator = estimator;
     cell->scene.step = (ray->t1 - ray->t0) / steps;
     VolPreint tables = {0};
@@ -85,7 +86,7 @@ static double error_of(OneCell *cell, const VolRay *ray, VolEstimator estimator,
     if (estimator == VOL_ESTIMATE_FULL && vol_preint_build(&cell->compiled, &options, &tables, NULL))
         abort();
     cell->scene.preint = &tables;
-    traced(&cell->scene, ray, &got);
+    traced(cell, ray, &got);
     vol_preint_free(&tables);
     cell->scene.preint = NULL; /* they end here */
     return fmax(fabs(exact.color[0] - got.color[0]), fabs(exp(-exact.optical_depth[0]) - exp(-got.optical_depth[0])));
@@ -153,7 +154,7 @@ static void tables_are_second_order_with_isosurfaces(void)
         VolPreint none = {.integrals = cell.integrals, .hi = 1, .n = 2, .channels = 1};
         VolRadiance want, got;
         cell.scene.preint = &none;
-        traced(&cell.scene, &ray, &want);
+        traced(&cell, &ray, &want);
         for (int o = 0; o < OCTAVES; o++) {
             VolPreint tables;
             VolPreintOptions options = {.lo = 0, .hi = 1, .n = ((size_t)64 << o) + 1, .step = cell.scene.step, .octaves = 1,
@@ -161,7 +162,7 @@ static void tables_are_second_order_with_isosurfaces(void)
             if (vol_preint_build(&cell.compiled, &options, &tables, NULL))
                 abort();
             cell.scene.preint = &tables;
-            traced(&cell.scene, &ray, &got);
+            traced(&cell, &ray, &got);
             vol_preint_free(&tables);
             double e = got.color[0] - want.color[0];
             rms[o] += e * e;

@@ -148,12 +148,13 @@ static bool is_ill_conditioned(const char *text)
     RandomScene s = {0};
     VolGrid *grid = random_grid(&r, RANDOM_NO_PLATEAUS, &s);
     VolTfCompiled c = compiled(text);
-    uint8_t *seen = malloc(grid->brick_count);
+    uint8_t *seen = malloc(grid->brick_count), *bricks;
     memset(seen, VOL_BRICK_SEEN, grid->brick_count);
-    VolScene scene = {.grid = grid, .tf = &c, .brick_visible = seen};
-    CHECK(vol_conditioning_prepare(&scene, NULL) == VOL_OK);
-    bool ill = scene.ill_conditioned != NULL;
-    free(scene.ill_conditioned);
+    VolScene scene = {.grid = grid, .tf = &c};
+    VolEmptySpace space = {.brick_visible = seen};
+    CHECK(vol_conditioning_judge(&scene, &space, false, &bricks, NULL) == VOL_OK);
+    bool ill = bricks != NULL;
+    free(bricks);
     free(seen);
     vol_tf_compiled_free(&c);
     vol_grid_free(grid);

@@ -1,0 +1,191 @@
+/* Cells of a grid under a ray packet, in the order of each ray.
+ *
+ * Where isosurfaces are to be met, the field at a cell's ends is kept within the corners of the faces that they lie on:
+ * neighbouring cells agree on each side of a face, and a crossing is counted once, whatever rounding does.
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    CellPlace; of the contract in traversal.h: what concerns cells */
+#ifndef VOL_TRACE_GRID_CELLS_TMPL_H
+#define VOL_TRACE_GRID_CELLS_TMPL_H
+
+#include "trace/grid_rays_tmpl.h"
+#include "trace/traversal.h"
+#include "trace/trilinear_tmpl.h"
+
+typedef struct CellPlace {
+    reals p[3], step[3]; /* local entry point, and from it to the exit */
+    ints offset;         /* of the cell's first corner among the brick's voxels */
+} CellPlace;
+
+/* The last cell of a brick along axis a that a ray comes to: in the brick and in the domain. */
+static inline real last_cell(const VolGrid *grid, int a, int32_t origin, real d)
+{
+    int32_t low = grid->cell_min[a] - origin, high = grid->cell_max[a] - origin;
+    if (d > 0)
+        return (real)(high < VOL_BRICK_CELLS - 1 ? high : VOL_BRICK_CELLS - 1);
+    return (real)(low > 0 ? low : 0);
+}
+
+/* Where a ray reaches the next face across an axis.  The brick's and the domain's own faces are none: where it leaves the
+ * brick, `end` says, and a cell beyond is never entered whatever rounding makes of a slanting ray. */
+static inline real next_face(real at, real last, real e, real d, real inv)
+{
+    if (d == 0 || at == last)
+        return INFINITY;
+    return (at + (d > 0) - e) * inv;
+}
+
+/* In double soft surfaces too are judged by ends on which neighbouring cells agree: beside a value of 1e30 what rounding
+ * leaves of a face of zeros would hide a layer of surfaces from one and show it to the other. */
+static inline bool judges_ends(unsigned features)
+{
+#ifdef VOL_DOUBLE
+    return features & FEATURE_SURFACE;
+#else
+    (void)features;
+    return false;
+#endif
+}
+
+/* A brick of one value counts as one cell where the classic model does not light what is in it from place to place. */
+static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i, unsigned features)
+{
+    if (!enter_brick(w, l, i, true))
+        return false;
+    const BrickSpan *span = &w->span[i];
+    bool uniform = vol_brick_is_uniform(&l->scene->grid->bricks[span->brick]);
+    bool single = span->wide || (uniform && !(features & FEATURE_CLASSIC));
+    for (int a = 0; a < 3; a++) {
+        real d = w->d[a][i], e = real_clamp((real)span->e[a], 0, VOL_BRICK_CELLS);
+        real at = d < 0 ? real_ceil(e) - 1 : real_floor(e);
+        real last = last_cell(l->scene->grid, a, span->origin[a], d);
+        /* A ray that enters where the domain ends but for rounding is in its last cell, not beyond it. */
+        at = real_min(real_max(at, d < 0 ? last : 0), d > 0 ? last : VOL_BRICK_CELLS - 1);
+        w->e[a][i] = e;
+        w->at[a][i] = at;
+        w->last[a][i] = last;
+        w->next[a][i] = single ? INFINITY : next_face(at, last, e, d, w->inv[a][i]);
+        w->entered[a][i] = 0;
+        w->exit_axes[a][i] = -(lane_int)(span->exit_axes >> a & 1);
+    }
+    w->u[i] = 0;
+    w->end[i] = (real)(span->t1 - span->t0);
+    if (features & FEATURE_ISO || judges_ends(features))
+        w->carried[i] = w->carry_t[i] == span->t0 ? -1 : 0;
+    return true;
+}
+
+/* On to the neighbouring cell, or out of the brick. */
+ALWAYS_INLINE void pass_cells(Traversal *w, ints mask, reals u1, ints inside)
+{
+    ints going = mask & inside;
+    for (int a = 0; a < 3; a++) {
+        ints through = going & (ints)(w->next[a] <= u1);
+        reals at = w->at[a] + reals_where(through, w->sign[a]);
+        reals face = (at + w->upper[a] - w->e[a]) * w->inv[a];
+        face = reals_select((ints)(at == w->last[a]), reals_all(INFINITY), face);
+        w->at[a] = at;
+        w->next[a] = reals_select(through, face, w->next[a]);
+        w->entered[a] = ints_select(going, through, w->entered[a]);
+    }
+    w->u = reals_select(going, u1, w->u);
+    w->in_stretch &= ~(mask & ~inside);
+}
+
+/* The field at cells' ends, kept within the corners of the faces that the ends lie on. */
+MAYBE_UNUSED static void judge_ends(Traversal *w, ints mask, const reals corners[8], const CellPlace *cell, reals u1,
+                                    ints inside, reals *entry, reals *exit)
+{
+    reals there[3];
+    for (int a = 0; a < 3; a++) {
+        ints at_face = ints_select(inside, (ints)(w->next[a] <= u1), w->exit_axes[a]);
+        there[a] = reals_select(at_face, w->upper[a], reals_clamp(cell->p[a] + cell->step[a], 0, 1));
+    }
+    *exit = judge_at(corners, there);
+    *entry = w->carry;
+    if (any(mask & ~w->carried))
+        *entry = reals_select(w->carried, w->carry, judge_at(corners, cell->p));
+    w->carry = reals_select(mask, *exit, w->carry);
+    w->carried |= mask;
+    FOR_LANES(i, mask_bits(mask & ~inside))
+        w->carry_t[i] = w->span[i].t1;
+}
+
+ALWAYS_INLINE ints traversal_next_cells(Traversal *w, const RayPacket *l, ints mask, bool bounded, unsigned features,
+                                        Cell *out, CellPlace *place)
+{
+    const reals one = reals_all(1);
+    reals u1 = reals_min(reals_min(w->next[0], w->next[1]), reals_min(w->next[2], w->end));
+    ints inside = (ints)(u1 < w->end), ahead = mask & (ints)(u1 > w->u), met = ahead;
+    reals length = u1 - w->u, corners[8], lo, hi;
+    for (int a = 0; a < 3; a++) {
+        reals x = reals_clamp(reals_fma(w->u, w->d[a], w->e[a] - w->at[a]), 0, 1);
+        place->p[a] = reals_select(w->entered[a], one - w->upper[a], x);
+        place->step[a] = w->d[a] * length;
+    }
+    reals first = reals_fma(reals_fma(w->at[0], reals_all(9), w->at[1]), reals_all(9), w->at[2]);
+    place->offset = __builtin_convertvector(first, ints);
+    load_corners_of(w->values, place->offset, corners);
+    Cubic v = expand_cell(corners, place->p, place->step);
+    if (any(w->invalid))
+        met &= ~w->invalid | all_finite(corners);
+    cubic_range(&v, &lo, &hi);
+    reals entry = v.a0, exit = cubic_at(&v, one);
+    out->least = lo, out->most = hi;
+    if (bounded) {
+        range_of_corners(corners, &out->least, &out->most);
+        lo = reals_min(reals_max(lo, out->least), out->most);
+        hi = reals_min(reals_max(hi, out->least), out->most);
+        entry = reals_min(reals_max(entry, out->least), out->most);
+        exit = reals_min(reals_max(exit, out->least), out->most);
+    }
+    if (features & FEATURE_ISO || judges_ends(features)) {
+        judge_ends(w, met, corners, place, u1, inside, &entry, &exit);
+        lo = reals_min(lo, reals_min(entry, exit));
+        hi = reals_max(hi, reals_max(entry, exit));
+        w->carried &= met | ~ahead;
+    }
+    out->v = v;
+    out->begin = w->u;
+    out->length = length;
+    out->lo = lo, out->hi = hi;
+    out->entry = entry, out->exit = exit;
+    pass_cells(w, mask, u1, inside);
+    (void)l;
+    return met;
+}
+
+ALWAYS_INLINE void traversal_keep_cells(CellPlace *kept, ints mask, const CellPlace *from, unsigned features)
+{
+    if (!(features & FEATURE_SHADED))
+        return;
+    for (int a = 0; a < 3; a++) {
+        kept->p[a] = reals_select(mask, from->p[a], kept->p[a]);
+        kept->step[a] = reals_select(mask, from->step[a], kept->step[a]);
+    }
+    kept->offset = ints_select(mask, from->offset, kept->offset);
+}
+
+/* The gradient is trilinear in the cell as the field is: a cubic along the ray, per component. */
+static inline void traversal_gradients(Traversal *w, const RayPacket *l, const CellPlace *cell, ints mask, Cubic out[3])
+{
+    reals corners[8], g[3][4];
+    need_gradients(w, l, mask);
+    ints offset = cell->offset & mask;
+    for (int a = 0; a < 3; a++) {
+        load_corners_of(w->gradients, offset + a * VOL_BRICK_STRIDE, corners);
+        Cubic v = expand_cell(corners, cell->p, cell->step);
+        ints vanishing = (ints)(reals_abs(v.a0) < (real)0x1p-16 * (reals_abs(v.a1) + reals_abs(v.a2) + reals_abs(v.a3)));
+        if (any(mask & vanishing)) /* where the face has no gradient, none that rounding left behind */
+            v.a0 = reals_select(vanishing, interpolate_cell(corners, cell->p), v.a0);
+        g[a][0] = v.a0, g[a][1] = v.a1, g[a][2] = v.a2, g[a][3] = v.a3;
+    }
+    for (int n = 0; n < 4; n++) {
+        reals index[3] = {g[0][n], g[1][n], g[2][n]}, world[3];
+        world_gradients(&l->scene->grid->world_to_index, index, world);
+        for (int a = 0; a < 3; a++)
+            *(n == 0 ? &out[a].a0 : n == 1 ? &out[a].a1 : n == 2 ? &out[a].a2 : &out[a].a3) = world[a];
+    }
+}
+
+#endif

@@ -1,0 +1,283 @@
+/* Samples of a grid: runs of them in a brick, LANES side by side, and places one by one.
+ *
+ * In a run they lie at local positions p = e + j step, j counted from the run's first.  e is computed in double from the
+ * ray, the brick and the run's first sample alone, then moved by rounding errors until both ends of the run lie inside the
+ * brick: p runs monotonically, so that no sample needs to be kept inside afterwards.
+ *
+ * PARAMETERS  VOL_DOUBLE
+ * PROVIDES    SamplePlaces, Place; of the contract in traversal.h: what concerns samples and places */
+#ifndef VOL_TRACE_GRID_SAMPLES_TMPL_H
+#define VOL_TRACE_GRID_SAMPLES_TMPL_H
+
+#include "trace/grid_rays_tmpl.h"
+#include "trace/trilinear_tmpl.h"
+
+typedef struct SamplePlaces {
+    ints offset;   /* of the cell's first corner among the brick's voxels */
+    reals f[3];    /* within the cell, in [0, 1] */
+} SamplePlaces;
+
+/* ---- Runs ---- */
+
+static real move_run(real e, real last, real hd, real lo, real top)
+{
+    const real ulp = VOL_BRICK_CELLS * REAL_EPSILON;
+    e = real_clamp(e, lo, top);
+    real end = real_fma(last, hd, e);
+    if (end > top) {
+        e -= end - top;
+        while (real_fma(last, hd, e) > top)
+            e -= ulp;
+    } else if (end < lo) {
+        e += lo - end;
+        while (real_fma(last, hd, e) < lo)
+            e += ulp;
+    }
+    return real_clamp(e, lo, top);
+}
+
+/* x from `first`, the brick's first voxel along axis a, moved so that x + j hd, j = 0 ... last, rounded as the samples are,
+ * lies inside the brick and the domain; at the far face just before it, where there is a cell. */
+static inline real settle_run(const VolGrid *grid, int a, double first, double x, real last, real hd)
+{
+    const real before_face = VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2);
+    real e = (real)x, end = real_fma(last, hd, e), lo = 0, top = before_face;
+    if (__builtin_expect(first < grid->domain_min[a], 0))
+        lo = (real)(grid->domain_min[a] - first);
+    if (__builtin_expect(first + VOL_BRICK_CELLS > grid->domain_max[a], 0)) {
+        real hi = (real)(grid->domain_max[a] - first);
+        top = hi > lo ? real_below(hi) : lo;
+    }
+    if (__builtin_expect(e >= lo && e <= top && end >= lo && end <= top, 1))
+        return e;
+    return move_run(e, last, hd, lo, top);
+}
+
+static inline void traversal_set_step(Traversal *w, const RayPacket *l, double h)
+{
+    (void)l;
+    for (size_t i = 0; i < LANES; i++)
+        for (int a = 0; a < 3; a++)
+            w->step[a][i] = (real)(h * w->walk[i].d[a]);
+}
+
+/* Where the run that begins at t, in the brick at `origin`, has its sample 0. */
+static inline void place_run(const Traversal *w, const RayPacket *l, unsigned i, const int32_t origin[3], double t,
+                             real last, real e[3])
+{
+    const Walk *walk = &w->walk[i];
+    for (int a = 0; a < 3; a++) {
+        double x = fma(t, walk->d[a], walk->o[a] - origin[a]);
+        e[a] = settle_run(l->scene->grid, a, origin[a], x, last, w->step[a][i]);
+    }
+}
+
+/* On a stretch of one value it does not matter where. */
+static inline void traversal_begin_run(Traversal *w, const RayPacket *l, unsigned i, double t, real last)
+{
+    real e[3] = {0};
+    if (!w->span[i].wide)
+        place_run(w, l, i, w->span[i].origin, t, last, e);
+    for (int a = 0; a < 3; a++)
+        w->run[a][i] = e[a];
+}
+
+/* `valid`: of `mask`, and not beside an invalid voxel. */
+ALWAYS_INLINE reals traversal_samples(const Traversal *w, const RayPacket *l, reals j, ints mask, bool bounded,
+                                      SamplePlaces *at, ints *valid)
+{
+    reals cell[3], corners[8];
+    (void)l;
+    for (int a = 0; a < 3; a++) {
+        reals p = reals_fma(j, w->step[a], w->run[a]);
+        cell[a] = reals_trunc(p);
+        at->f[a] = p - cell[a];
+    }
+    reals place = reals_fma(reals_fma(cell[0], reals_all(9), cell[1]), reals_all(9), cell[2]);
+    at->offset = __builtin_convertvector(place, ints) & mask;
+    load_corners_of(w->values, at->offset, corners);
+    *valid = mask;
+    if (__builtin_expect(any(w->invalid & mask), 0))
+        *valid &= ~w->invalid | all_finite(corners);
+    reals v = interpolate_cell(corners, at->f), least = w->lo, most = w->hi;
+    /* Never beyond what the brick was judged by; nor beyond the cell's corners, where less than that can be seen. */
+    if (bounded) {
+        range_of_corners(corners, &least, &most);
+        least = reals_max(least, w->lo); /* beside an invalid voxel it is no number */
+        most = reals_min(most, w->hi);
+    }
+    return reals_min(reals_max(v, least), most);
+}
+
+/* For `mask` of the lanes; the others: 0. */
+static inline void traversal_sample_gradients(Traversal *w, const RayPacket *l, const SamplePlaces *at, ints mask,
+                                              reals out[3])
+{
+    reals corners[8], g[3];
+    ints offset = at->offset & mask;
+    need_gradients(w, l, mask);
+    for (int a = 0; a < 3; a++) {
+        load_corners_of(w->gradients, offset + a * VOL_BRICK_STRIDE, corners);
+        g[a] = reals_select(mask, interpolate_cell(corners, at->f), reals_all(0));
+    }
+    world_gradients(&l->scene->grid->world_to_index, g, out);
+}
+
+/* ---- Places ---- */
+
+/* A place on a ray, in the brick that it belongs to. */
+typedef struct Place {
+    double t;
+    bool is_end; /* of the ray */
+    uint32_t brick;
+    int32_t origin[3];
+    int offset;
+    real f[3];
+} Place;
+
+static inline void traversal_find(const Traversal *w, const RayPacket *l, unsigned i, double t, Place *out, double *t0,
+                                  double *t1)
+{
+    const VolGrid *grid = l->scene->grid;
+    const VolRay *ray = &l->rays[i];
+    Walk walk = w->walk[i];
+    for (int a = 0; a < 3; a++) {
+        walk.at_min[a] = grid->cell_min[a] >> 3;
+        walk.at_max[a] = grid->cell_max[a] >> 3;
+    }
+    walk.t = t < ray->t1 ? t : nextafter(ray->t1, -INFINITY); /* the ray's end belongs to the brick before it */
+    walk_locate(&walk);
+    *t0 = ray->t0;
+    *t1 = ray->t1;
+    for (int a = 0; a < 3; a++) {
+        out->origin[a] = walk.at[a] * VOL_BRICK_CELLS;
+        *t1 = fmin(*t1, walk.ahead[a]);
+        if (walk.d[a] != 0)
+            *t0 = fmax(*t0, walk_plane(&walk, a, (walk.d[a] > 0 ? walk.at[a] : walk.at[a] + 1) * VOL_BRICK_CELLS));
+    }
+    out->t = t;
+    out->is_end = false;
+    out->brick = vol_grid_brick_number(grid, walk.at[0], walk.at[1], walk.at[2]);
+}
+
+static inline void set_cell(Place *place, const real p[3])
+{
+    int cell[3];
+    for (int a = 0; a < 3; a++) {
+        cell[a] = (int)p[a];
+        place->f[a] = p[a] - (real)cell[a];
+    }
+    place->offset = (cell[0] * 9 + cell[1]) * 9 + cell[2];
+}
+
+static inline void traversal_place_in_run(const Traversal *w, const RayPacket *l, unsigned i, double first_t, real last,
+                                          real j, Place *out)
+{
+    real e[3], p[3];
+    place_run(w, l, i, out->origin, first_t, last, e);
+    for (int a = 0; a < 3; a++)
+        p[a] = real_fma(j, w->step[a][i], e[a]);
+    set_cell(out, p);
+}
+
+static inline void traversal_place_at(const Traversal *w, const RayPacket *l, unsigned i, Place *out)
+{
+    const Walk *walk = &w->walk[i];
+    real p[3];
+    for (int a = 0; a < 3; a++) {
+        double x = fma(out->t, walk->d[a], walk->o[a] - out->origin[a]);
+        p[a] = settle_run(l->scene->grid, a, out->origin[a], x, 0, 0);
+    }
+    set_cell(out, p);
+}
+
+/* An end of the ray that lies on faces of the domain but for rounding lies on them. */
+static inline void traversal_settle_end(const Traversal *w, const RayPacket *l, unsigned i, Place *place)
+{
+    const VolGrid *grid = l->scene->grid;
+    const Walk *walk = &w->walk[i];
+    int cell[3];
+    for (int a = 0; a < 3; a++) {
+        double x = fma(place->t, walk->d[a], walk->o[a] - place->origin[a]);
+        double near = 0x1p-48 * (fabs(walk->o[a]) + fabs(x) + 8);
+        double lo = grid->domain_min[a] - place->origin[a], hi = grid->domain_max[a] - place->origin[a];
+        bool far = lo < hi && hi >= 1 && hi <= VOL_BRICK_CELLS, first = lo >= 0 && lo < VOL_BRICK_CELLS;
+        cell[a] = (place->offset / (a == 0 ? 81 : a == 1 ? 9 : 1)) % 9;
+        if (far && (fabs(x - hi) <= near || (real)x == (real)hi)) {
+            cell[a] = (int)hi - 1;
+            place->f[a] = 1;
+        } else if (first && (fabs(x - lo) <= near || (real)x == (real)lo)) {
+            cell[a] = (int)lo;
+            place->f[a] = 0;
+        }
+    }
+    place->is_end = true;
+    place->offset = (cell[0] * 9 + cell[1]) * 9 + cell[2];
+}
+
+/* As interpolate_cell, for one; and the range of the corners. */
+static inline real interpolate_place(const real *voxels, const Place *place, bool *finite, real *least, real *most)
+{
+    static const int row[4] = {0, 9, 81, 90};
+    const real *at = voxels + place->offset, *f = place->f;
+    real z[4], sum = 0;
+    *least = *most = at[0];
+    for (int r = 0; r < 4; r++) {
+        real a = at[row[r]], b = at[row[r] + 1];
+        z[r] = real_fma(f[2], b - a, a);
+        sum += a * 0 + b * 0;
+        *least = real_min(*least, real_min(a, b));
+        *most = real_max(*most, real_max(a, b));
+    }
+    real y0 = real_fma(f[1], z[1] - z[0], z[0]), y1 = real_fma(f[1], z[3] - z[2], z[2]);
+    *finite = sum == 0;
+    return real_fma(f[0], y1 - y0, y0);
+}
+
+/* The field there, of nothing but the corners that carry weight. */
+static inline real judge_place(const real *voxels, const Place *place)
+{
+    const real *at = voxels + place->offset, *f = place->f;
+    real v = 0, least = INFINITY, most = -INFINITY;
+    for (int n = 0; n < 8; n++) {
+        real x = n >> 2 ? f[0] : 1 - f[0], y = n >> 1 & 1 ? f[1] : 1 - f[1], z = n & 1 ? f[2] : 1 - f[2];
+        real weight = x * y * z, corner = at[(n >> 2) * 81 + (n >> 1 & 1) * 9 + (n & 1)];
+        if (weight == 0)
+            continue;
+        v = real_fma(weight, corner, v);
+        least = real_min(least, corner);
+        most = real_max(most, corner);
+    }
+    return real_min(real_max(v, least), most);
+}
+
+static inline real traversal_value(const Traversal *w, const RayPacket *l, const Place *place, bool bounded, bool *valid)
+{
+    const VolBrick *brick = &l->scene->grid->bricks[place->brick];
+    *valid = brick->lo <= brick->hi;
+    if (!*valid)
+        return 0;
+    real least, most;
+    const real *voxels = brick_values(l->scene->grid, l->scratch, w->values, place->brick);
+    real v = interpolate_place(voxels, place, valid, &least, &most);
+    if (bounded && place->is_end && *valid)
+        return judge_place(voxels, place);
+    return real_min(real_max(v, bounded ? least : (real)brick->lo), bounded ? most : (real)brick->hi);
+}
+
+/* In world space. */
+static inline void traversal_gradient(const Traversal *w, const RayPacket *l, const Place *place, real out[3])
+{
+    const VolGrid *grid = l->scene->grid;
+    const real *voxels = brick_gradients(grid, l->scratch, w->gradients, place->brick, place->origin);
+    real g[3], least, most;
+    bool finite;
+    for (int a = 0; a < 3; a++)
+        g[a] = interpolate_place(voxels + a * VOL_BRICK_STRIDE, place, &finite, &least, &most);
+    for (int i = 0; i < 3; i++) {
+        const double *m = grid->world_to_index.m[i];
+        out[i] = real_fma((real)m[2], g[2], real_fma((real)m[1], g[1], (real)m[0] * g[0]));
+    }
+}
+
+#endif

@@ -1,0 +1,56 @@
+/* Tracing rays: a kernel per estimator, precision and cpu level, all of the same bytes. */
+#ifndef VOL_TRACE_TRACE_H
+#define VOL_TRACE_TRACE_H
+
+#include "trace/prepared.h"
+
+/* What the rays met, and what of it was left out. */
+typedef struct VolSkipped {
+    uint64_t bricks_entered, blocks; /* visible bricks; invisible blocks of bricks, passed over in one step each */
+    uint64_t cells_met;              /* cells or samples in the bricks entered, with something in them or not */
+    uint64_t rays_ended;             /* early: nothing behind can be seen */
+    uint64_t rays_in_double;         /* traced anew: float was not enough */
+} VolSkipped;
+
+/* What was made for some bricks: see bricks_tmpl.h. */
+typedef struct VolBrickStore {
+    void *numbers; /* of the kernel's precision */
+    uint32_t *key;
+    size_t places;
+} VolBrickStore;
+
+/* A thread's working memory, and what it counted. */
+typedef struct VolScratch {
+    VolBrickStore values;    /* VOL_BRICK_STRIDE numbers each */
+    VolBrickStore gradients; /* three times as many */
+    void *zeros;             /* as large as one brick's gradients */
+    VolSkipped skipped;
+    struct VolScratch *in_double; /* for rays that are traced anew, or NULL */
+} VolScratch;
+
+VolStatus vol_scratch_new(const VolPrepared *prepared, VolScratch *out, VolError *err);
+void vol_scratch_free(VolScratch *scratch);
+
+enum { VOL_PACKET = 16 };
+
+/* Up to VOL_PACKET rays, already clipped; what comes out for one never depends on the others. */
+typedef struct VolTraceCall {
+    const VolPrepared *prepared;
+    VolScratch *scratch;
+    const VolTraceListener *listener; /* NULL: nobody */
+    const VolRay *rays;
+    size_t count;
+    VolRadiance *out;
+} VolTraceCall;
+
+/* By the kernel for the scene's estimator, precision and cpu level; rays that it gives up, by the same in double. */
+void vol_trace_rays(const VolTraceCall *call);
+
+/* The kernels.  AVX-512 in float alone. */
+typedef void VolTraceRays(const VolTraceCall *call);
+VolTraceRays vol_exact_f32, vol_exact_f64, vol_direct_f32, vol_direct_f64, vol_segments_f32, vol_segments_f64;
+VolTraceRays vol_exact_f32_avx2, vol_exact_f64_avx2, vol_direct_f32_avx2, vol_direct_f64_avx2, vol_segments_f32_avx2,
+    vol_segments_f64_avx2;
+VolTraceRays vol_exact_f32_avx512, vol_direct_f32_avx512, vol_segments_f32_avx512;
+
+#endif
