@@ -13,7 +13,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
-#include "base/refusals.h"
+#include "base/refused.h"
 
 /* In builds with -DVOL_FAULTS the environment's VOL_FAULT=malloc:N makes the N-th allocation of the run fail, so that a
  * test can walk through all of them: ours, and those that jansson, expat, zlib and OpenEXRCore make through refusals.h. */

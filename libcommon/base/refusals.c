@@ -6,12 +6,6 @@
 
 #include "base/mem.h"
 
-static atomic_size_t refusals;
-
-size_t vol_refusals(void) { return atomic_load(&refusals); }
-
-void vol_count_refusal(void) { atomic_fetch_add(&refusals, 1); }
-
 void *vol_library_alloc(size_t size) { return vol_alloc(size, 1); }
 
 void *vol_library_alloc_zero(size_t size) { return vol_alloc_zero(size, 1); }

@@ -1,13 +1,11 @@
-/* Memory that was asked for and not given.  Libraries may carry on without it, with a key less in their JSON or an attribute
- * less in their image, so every refusal is counted, and a run that saw one does not end well. */
+/* Memory for libraries: what they were not given is counted (refused.h). */
 #ifndef VOL_BASE_REFUSALS_H
 #define VOL_BASE_REFUSALS_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-size_t vol_refusals(void); /* of the whole process, in mem.h's functions and in those below; async-signal-safe */
-void vol_count_refusal(void);
+#include "base/refused.h"
 
 /* Allocators to hand to libraries; what they give is released with free(). */
 void *vol_library_alloc(size_t size);

@@ -138,18 +138,6 @@ VolStatus vol_vdb_put_tile(VolVdbWriter *writer, const int32_t origin[3], int32_
     return within_grid(writer, adapter->tree_tile(writer->tree, origin, size, value, active, &why), &why, err);
 }
 
-void vol_vdb_close_grid(VolVdbWriter *writer)
-{
-    const VolVdbAdapter *adapter;
-    if (writer->tree && vol_vdb_adapter(&adapter, NULL) == VOL_OK)
-        adapter->tree_free(writer->tree);
-    writer->tree = NULL;
-    vol_meta_free(&writer->grid.meta);
-    free(writer->grid_name);
-    free(writer->grid_class);
-    writer->grid_name = writer->grid_class = NULL;
-}
-
 /* ---- dense boxes ---- */
 
 /* A dense array, x fastest, of `voxel` bytes per voxel. */
