@@ -1,49 +1,11 @@
-/* What a file is, its first bytes tell; where they tell nothing, options must. */
+/* A file, several or a folder: who reads them. */
 #include "import/import.h"
 
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include "import/dicom.h"
-#include "import/readers.h"
+#include "import/formats.h"
 #include "io/in.h"
-
-static VolStatus read_one_dicom(const VolSource *source, VolSampled *out, VolError *err)
-{
-    VolBytes bytes = *source->bytes;
-    *source->bytes = (VolBytes){0};
-    size_t images;
-    return vol_read_dicom(&bytes, &source->name, 1, source, out, &images, err);
-}
-
-static const struct {
-    const char *name;
-    bool (*is)(const VolBytes *bytes);
-    VolStatus (*read)(const VolSource *source, VolSampled *out, VolError *err);
-    bool named; /* the file gives its arrays names */
-} formats[] = {
-    {"NIfTI", vol_is_nifti, vol_read_nifti},
-    {"NRRD", vol_is_nrrd, vol_read_nrrd},
-    {"MetaImage", vol_is_metaimage, vol_read_metaimage},
-    {".vti", vol_is_vtk_xml, vol_read_vtk_xml, true},
-    {"legacy .vtk", vol_is_vtk_legacy, vol_read_vtk_legacy, true},
-    {"MRC", vol_is_mrc, vol_read_mrc},
-    {"DICOM", vol_is_dicom, read_one_dicom, true},
-    {"Inviwo .dat", vol_is_inviwo_dat, vol_read_inviwo_dat},
-};
-
-const char *vol_import_format(const VolBytes *bytes)
-{
-    unsigned char head[1 << 16]; /* comments may come before what tells */
-    VolBytes seen = *bytes;
-    if (vol_is_packed(bytes))
-        seen = (VolBytes){head, vol_unpack_head(bytes, head, sizeof head)};
-    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-        if (seen.size && formats[i].is(&seen))
-            return vol_vtk_mesh(&seen) ? NULL : formats[i].name;
-    return NULL;
-}
 
 /* What has no names for its arrays; VTK and DICOM have. */
 static VolStatus refuse_array(const VolSource *source, const char *format, VolError *err)
@@ -63,11 +25,11 @@ static VolStatus open_bytes(const VolSource *source, VolSampled *out, VolError *
         return status;
     if (bytes->size == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': it is empty", source->name);
-    for (size_t i = 0; i < sizeof formats / sizeof *formats; i++)
-        if (formats[i].is(bytes)) {
-            status = formats[i].named ? VOL_OK : refuse_array(source, formats[i].name, err);
-            return status ? status : formats[i].read(source, out, err);
-        }
+    const VolFormat *format = vol_format_of(bytes);
+    if (format && !format->named)
+        status = refuse_array(source, format->name, err);
+    if (format)
+        return status ? status : format->read(source, out, err);
     return vol_refuse_unread(bytes, source->name, err);
 }
 
