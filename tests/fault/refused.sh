@@ -6,7 +6,7 @@ shim=$OUT/tests/shims/fail_malloc.so
 
 must vol-gen field torus --size 12 --compression zip -o torus.vdb
 must vol-gen field torus --size 12 -o blosc.vdb
-printf '%s\n' '{"pellucid": "transfer-function/1", "scatter": [[0, 0], [1, 0.5, [1, 0.5, 0]]],' \
+printf '%s\n' '{"pellucid": "transfer-function/1", "scatter": [[0, 0], [1, 0.5000000000000, [1, 0.5, 0]]],' \
     ' "surface": [[0.2, 0], [0.4, 0.5], [0.6, 0]], "isosurfaces": [{"value": 0.5, "opacity": 0.5}]}' >tf.json
 must vol-render -t tf.json --size 4x4 -o a.exr torus.vdb
 { printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 8 8 8\nencoding: gzip\n\n'; head -c 512 /dev/zero | gzip -c; } >a.nrrd
@@ -36,20 +36,14 @@ refused() {
 }
 refused 'exr-join' 1 exr-join -j1 a.exr
 refused 'tf-preint' 1 tf-preint -j1 --size 9 tf.json
-{
-    echo '[{"ColorSpace": "RGB", "Name": "long", "RGBPoints": [0, 0, 0, 0'
-    seq 1 400 | sed 's/.*/, &, 0.123456789012345678, 1, 0.5/'
-    echo '], "Points": [0, 0, 0.5, 0, 400, 1, 0.5, 0]}]'
-} >map.json
-refused 'tf-preint, a map of colours' 1 tf-preint -j1 --size 9 --volume torus.vdb map.json
 refused 'vol-info, a volume' 1 vol-info --json torus.vdb
 refused 'vol-info, a picture' 1 vol-info --json a.exr
 refused 'vol-info, as text' 1 vol-info torus.vdb
-refused 'vol-info, Blosc' 1 vol-info --json blosc.vdb
+refused 'vol-info, Blosc' 2 vol-info --json blosc.vdb
 refused 'vol-render, Blosc' 3 vol-render -j2 -t tf.json --size 4x4 blosc.vdb
 refused 'vol-render' 3 vol-render -j1 -t tf.json --size 4x4 --aov Z,normal torus.vdb
 refused 'vol-gen, zip' 1 vol-gen -j1 field torus --size 12 --compression zip
-refused 'vol-gen, Blosc' 1 vol-gen -j1 field torus --size 12
+refused 'vol-gen, Blosc' 5 vol-gen -j1 field torus --size 12
 refused 'vol-import, packed' 3 vol-import -j1 --compression none a.nrrd
 
 # a run's stats have every number, or there are none
