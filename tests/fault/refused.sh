@@ -6,7 +6,8 @@ shim=$OUT/tests/shims/fail_malloc.so
 
 must vol-gen field torus --size 12 --compression zip -o torus.vdb
 must vol-gen field torus --size 12 -o blosc.vdb
-printf '%s\n' '{"pellucid": "transfer-function/1", "scatter": [[0, 0], [1, 0.5000000000000, [1, 0.5, 0]]],' \
+# The comma behind the long number is where jansson asks for more room, and asserts that it gets it.
+printf '%s\n' '{"pellucid": "transfer-function/1", "scatter": [[0, 0], [1, 0.50000000000000000000000000000, [1, 0.5, 0]]],' \
     ' "surface": [[0.2, 0], [0.4, 0.5], [0.6, 0]], "isosurfaces": [{"value": 0.5, "opacity": 0.5}]}' >tf.json
 must vol-render -t tf.json --size 4x4 -o a.exr torus.vdb
 { printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 8 8 8\nencoding: gzip\n\n'; head -c 512 /dev/zero | gzip -c; } >a.nrrd
