@@ -246,20 +246,22 @@ static reals ramp_limit(const Exact *k, real magnitude, reals sa, reals sb, ints
 {
     enum { HALVINGS = sizeof(real) == sizeof(float) ? 24 : 53 };
     reals edge = magnitude * k->gradient_scale, square = edge * edge, half = (real)0.5 * (sb - sa), middle = sa + half;
-    reals fa = length_beyond(k, sa, square), fm = length_beyond(k, middle, square), fb = length_beyond(k, sb, square);
+    /* Just ahead: where the last passage was, rounding decides. */
+    reals ahead = reals_fma(half, reals_all((real)0x1p-10), sa);
+    reals fa = length_beyond(k, ahead, square), fm = length_beyond(k, middle, square), fb = length_beyond(k, sb, square);
     reals vertex = middle - (real)0.5 * half * (fb - fa) / ((fa - fm) + (fb - fm));
-    ints below = (ints)(fa < 0), inside = mask & (ints)(vertex > sa) & (ints)(vertex < sb);
+    ints below = (ints)(fa < 0), inside = mask & (ints)(vertex > ahead) & (ints)(vertex < sb);
     vertex = reals_select(inside, vertex, middle);
     reals fv = length_beyond(k, vertex, square);
     ints dips = mask & (below ^ (ints)(fv < 0)), passed = dips | (mask & (below ^ (ints)(fb < 0)));
-    reals lo = sa, hi = reals_select(dips, vertex, sb), end = hi;
+    reals lo = ahead, hi = reals_select(dips, vertex, sb);
     for (int n = 0; n < HALVINGS && any(passed); n++) {
         middle = (real)0.5 * (lo + hi);
         ints before = ~(below ^ (ints)(length_beyond(k, middle, square) < 0));
         lo = reals_select(before, middle, lo);
         hi = reals_select(before, hi, middle);
     }
-    return reals_select(passed, reals_select((ints)(hi > sa), hi, end), sb);
+    return reals_select(passed, hi, sb);
 }
 
 /* Whether the gradient's length, which is a root, changes so much that it has a branch point nearby. */
