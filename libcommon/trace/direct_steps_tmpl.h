@@ -2,7 +2,7 @@
  * alone.
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
- * PROVIDES    March, Step, Fed; attenuated(), particles_of(), note_step(), end_opaque_marches();
+ * PROVIDES    March, Step, Fed; particles_of(), note_step(), end_opaque_marches();
  *             add_particles(), sum_runs() */
 #ifndef VOL_TRACE_DIRECT_STEPS_TMPL_H
 #define VOL_TRACE_DIRECT_STEPS_TMPL_H
@@ -43,34 +43,6 @@ typedef struct March {
 typedef struct Step {
     reals extinction[3], scatter[3], emit[3], surface[3], normal[3];
 } Step;
-
-/* (1 - exp(-x)) / x and exp(-x), x >= 0.  For x <= 1 Chebyshev's interpolant at x - 1/2: relative error 3e-9 (float), 2e-17
- * (double) before rounding. */
-ALWAYS_INLINE reals attenuated(reals x, reals *passed)
-{
-#ifdef VOL_DOUBLE
-    static const real c[] = {-1.32214808113269311114e-9, 1.592916142497292366019e-8, -1.750686890299263334863e-7,
-                             0.000001758949638658032229683, -0.0000159224088084965834648, 0.0001283045919400132918427,
-                             -0.0009065559886183540737762, 0.005507700158424523413789, -0.02802596090065342628028,
-                             0.1151014237357689730498, -0.3608160417241994575166, 0.7869386805747331407092};
-#else
-    static const real c[] = {0.00012907631022196f, -0.00091354602735407f, 0.0055076036119712f, -0.028025086245559f,
-                             0.1151014267537f, -0.36081606906655f, 0.78693868057473f};
-#endif
-    /* By squares of y: shorter chains than Horner's. */
-    enum { TERMS = sizeof c / sizeof *c, ODD = TERMS % 2 };
-    reals y = x - (real)0.5, yy = y * y, share = ODD ? reals_all(c[0]) : reals_line(reals_all(c[1]), reals_all(c[0]), y);
-    for (int n = ODD ? 1 : 2; n < TERMS; n += 2)
-        share = reals_fma(share, yy, reals_line(reals_all(c[n + 1]), reals_all(c[n]), y));
-    *passed = reals_fma(-x, share, reals_all(1));
-    ints dense = (ints)(x > 1);
-    if (__builtin_expect(any(dense), 0)) {
-        reals rest = reals_exp(-x);
-        share = reals_select(dense, (1 - rest) / x, share);
-        *passed = reals_select(dense, rest, *passed);
-    }
-    return share;
-}
 
 /* ---- What only layers and traces ask for ---- */
 
@@ -159,7 +131,7 @@ ALWAYS_INLINE void add_particles(March *m, unsigned features)
         }
     for (int c = 0; c < channels_of(features); c++) {
         reals depth = step.extinction[c] * length, passed;
-        light[c] = m->transmittance[c] * attenuated(depth, &passed) * length;
+        light[c] = m->transmittance[c] * reals_phi(depth, &passed) * length;
         m->transmittance[c] *= passed;
         m->run_optical_depth[c] += depth;
     }

@@ -99,7 +99,7 @@ ALWAYS_INLINE void add_steps(March *m, const Step *step, ints mask, reals length
         }
     for (int c = 0; c < channels_of(features); c++) {
         reals depth = step->extinction[c] * length, passed;
-        light[c] = reals_exp(-doubles_round(&m->sum.optical_depth[c])) * attenuated(depth, &passed) * length;
+        light[c] = reals_exp(-doubles_round(&m->sum.optical_depth[c])) * reals_phi(depth, &passed) * length;
         doubles_add(&m->sum.optical_depth[c], depth);
     }
     Light seen;

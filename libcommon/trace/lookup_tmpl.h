@@ -171,29 +171,6 @@ ALWAYS_INLINE void grey_depths(const TfTables *o, const LookupEnd *a, const Look
     }
 }
 
-/* phi(x) = (1 - exp(-x)) / x, x >= 0: on [0, 1] Chebyshev's interpolant at x - 1/2. */
-ALWAYS_INLINE reals phi_of(reals x)
-{
-#ifdef VOL_DOUBLE
-    enum { TERMS = 13 };
-    static const real c[] = {1.0139109651721785e-10, -1.3225995133396512e-09, 1.5853119979162578e-08,
-                             -1.7506837867759932e-07, 1.7589710246696197e-06, -1.592240888608238e-05,
-                             0.00012830458916785704, -0.00090655598860986845, 0.0055077001585869464,
-                             -0.028025960900653804, 0.1151014237357655, -0.36081604172419945, 0.7869386805747332};
-#else
-    enum { TERMS = 7 };
-    static const real c[] = {0.00012907631f, -0.00091354603f, 0.0055076036f, -0.028025086f,
-                             0.11510143f, -0.36081607f, 0.78693868f};
-#endif
-    reals y = x - (real)0.5, p = reals_all(c[0]);
-    for (int i = 1; i < TERMS; i++)
-        p = reals_fma(p, y, reals_all(c[i]));
-    ints large = (ints)(x > 1);
-    if (any(large))
-        p = reals_select(large, (1 - reals_exp(-x)) / x, p);
-    return p;
-}
-
 /* ---- Tables ---- */
 
 /* The weights of (i, j), (i + 1, j + 1), (i + 1, j), (i, j + 1), and where in the table these entries begin; the last
@@ -267,8 +244,8 @@ ALWAYS_INLINE ints look_up_table(const TfTables *o, const LookupEnd *a, const Lo
     if (features & FEATURE_SURFACE)
         sum += group[1][3] + group[2][3];
     /* Emission alone has no opacity to be scaled by. */
-    reals some = reals_select((ints)(sum > 0), sum, reals_all(1));
-    reals factor = reals_select((ints)(sum > 0), depth * phi_of(depth) / some, reals_all(1));
+    reals some = reals_select((ints)(sum > 0), sum, reals_all(1)), passed;
+    reals factor = reals_select((ints)(sum > 0), depth * reals_phi(depth, &passed) / some, reals_all(1));
     for (int c = 0; c < 3; c++)
         out->particles_c[c] = group[0][c] * factor;
     out->particles_a = group[0][3] * factor;
@@ -429,7 +406,7 @@ ALWAYS_INLINE void look_up_integrals(const VolPrepared *prepared, const LookupEn
         out->optical_depth[c] = reals_fma(sum.extinction[c], length, sum.surface);
     for (int c = 0; c < 3; c++) {
         int channel = features & FEATURE_COLOURED ? c : 0;
-        reals phi = phi_of(out->optical_depth[channel]);
+        reals passed, phi = reals_phi(out->optical_depth[channel], &passed);
         out->particles_c[c] = sum.source[c] * length * phi;
         if (c == 0)
             out->particles_a = sum.extinction[0] * length * phi;

@@ -425,14 +425,6 @@ ALWAYS_INLINE void add_node(const Exact *k, const Properties *in, const SubInter
     }
 }
 
-/* (1 - exp(-tau)) / tau, tau >= 0. */
-ALWAYS_INLINE reals mean_through(reals optical_depth)
-{
-    reals thin = reals_fma(optical_depth, reals_fma(optical_depth, reals_all((real)(1.0 / 6)), reals_all((real)-0.5)),
-                           reals_all(1));
-    return reals_select((ints)(optical_depth > (real)0x1p-7), (1 - reals_exp(-optical_depth)) / optical_depth, thin);
-}
-
 /* The light that sub-intervals send.  The `dense` ones are too short to be cut further: all of such a one is seen alike,
  * through its mean transmittance, since it may be so dense that no node is seen through what is before it. */
 ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, const SubInterval *p, ints dense,
@@ -440,9 +432,9 @@ ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, cons
 {
     *sum = (Light){0};
     bool any_dense = any(dense);
-    reals alike[3] = {0};
+    reals alike[3] = {0}, passed;
     for (int c = 0; c < channels_of(features) && any_dense; c++)
-        alike[c] = mean_through(optical_depth_to(p, features, c, reals_all(1)));
+        alike[c] = reals_phi(optical_depth_to(p, features, c, reals_all(1)), &passed);
     Shading sh[GAUSS];
     reals s[GAUSS];
     for (int n = 0; n < GAUSS; n++)

@@ -1,0 +1,2 @@
+/* The vocabulary of vectors in float. */
+#include "tests/unit/simd_checks.h"
