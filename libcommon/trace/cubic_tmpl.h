@@ -57,8 +57,12 @@ static inline void turning_points(const Cubic *v, reals *first, reals *second)
     *second = reals_max(r0, r1);
 }
 
-/* s in [lo, hi], where v is monotone, with v(s) = target: Newton kept inside a shrinking bracket.  Near a double root
- * Newton alone converges slowly, so the cap is high and bisection takes over. */
+/* s in [lo, hi], where v is monotone, with v(s) = target: Halley's iteration kept inside a shrinking bracket, bisection
+ * where that leads out of it.
+ *
+ * It ends where the value is nothing but the rounding of its terms, or where its next move would be below a quarter of a
+ * unit in the last place of 1: with f = v - target that is about move^3 ((f'' / 2 f')^2 + |f''' / 6 f'|), and |f''| / 2 is
+ * at most `bend`.  Near a double root it converges slowly, so the cap is high and bisection takes over. */
 static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi, ints mask)
 {
     Cubic f = *v;
@@ -67,23 +71,25 @@ static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi
     ints outside = (ints)(f_lo == 0) | ~((ints)(f_lo > 0) ^ (ints)(f_hi > 0));
     reals nearest = reals_select((ints)(reals_abs(f_lo) <= reals_abs(f_hi)), lo, hi);
     ints rising = (ints)(f_hi > f_lo), open = mask & ~outside;
-    reals bend = reals_fma(reals_all(3), reals_abs(v->a3), reals_abs(v->a2)); /* |f''| / 2 at the most */
+    const reals least = reals_all(REAL_EPSILON * (real)0.25);
+    reals third = reals_abs(f.a3), bend = reals_fma(reals_all(3), third, reals_abs(f.a2));
+    reals noise = least * ((reals_abs(f.a0) + reals_abs(f.a1)) + (reals_abs(f.a2) + third));
     reals s = lo - f_lo * (hi - lo) / (f_hi - f_lo);
     s = reals_min(reals_max(s, lo), hi);
     for (int i = 0; i < 60 && any(open); i++) {
         reals value = cubic_at(&f, s);
-        open &= ~(ints)(value == 0);
+        open &= (ints)(reals_abs(value) > noise);
         ints before = ~((ints)(value < 0) ^ rising);
         lo = reals_select(before, s, lo);
         hi = reals_select(before, hi, s);
-        reals slope = cubic_slope(&f, s), next = s - value / slope;
-        ints newton = (ints)(next > lo) & (ints)(next < hi);
-        next = reals_select(newton, next, (real)0.5 * (lo + hi));
+        reals slope = cubic_slope(&f, s), square = slope * slope;
+        reals next = s - value * slope / (square - value * reals_fma(3 * f.a3, s, f.a2));
+        ints inside = (ints)(next > lo) & (ints)(next < hi);
+        next = reals_select(inside, next, (real)0.5 * (lo + hi));
         open &= (ints)(next > lo) & (ints)(next < hi);
-        reals move = reals_abs(next - s), least = REAL_EPSILON * (real)0.25 * reals_abs(s);
+        reals move = reals_abs(next - s), rest = move * move * move * reals_fma(bend, bend, third * reals_abs(slope));
         s = reals_select(open, next, s);
-        /* Newton's next move would be about move^2 |f'' / 2 f'|. */
-        open &= ~(newton & (ints)(move * move * bend <= least * reals_abs(slope))) & (ints)(move > least);
+        open &= ~(inside & (ints)(rest <= least * square)) & (ints)(move > least);
     }
     return reals_select(outside, nearest, s);
 }

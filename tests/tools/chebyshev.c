@@ -3,8 +3,8 @@
  * Chebyshev's interpolant of exp(-x) or phi(x) = (1 - exp(-x)) / x on [0, 1] with so many terms, as a polynomial in
  * y = x - 1/2, highest power first; behind it its largest relative error.
  *
- * At the zeros x_k = 1/2 + cos((2k + 1) pi / 2n) / 2 of T_n(2 y) the coefficients of T_j are c_j = (2 - [j = 0]) / n times the sum
- * of f(x_k) T_j(2 y_k); T_j by T_{j+1}(z) = 2 z T_j(z) - T_{j-1}(z). */
+ * At the zeros x_k = 1/2 + cos((2k + 1) pi / 2n) / 2 of T_n(2 y) the coefficients of T_j are c_j = (2 - [j = 0]) / n times
+ * the sum of f(x_k) T_j(2 y_k); T_j by T_{j+1}(z) = 2 z T_j(z) - T_{j-1}(z). */
 #include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
