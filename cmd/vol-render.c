@@ -103,7 +103,7 @@ static void add_text_digest(Job *job, const char *text)
 /* All that is taken of its file. */
 static void add_camera_digest(Job *job, const VolAttr *to_camera, const VolAttr *to_ndc)
 {
-    char text[32 * 16];
+    char text[32 * 24];
     size_t length = 0;
     for (int i = 0; i < 32; i++)
         length += (size_t)snprintf(text + length, sizeof text - length, "%.9g ",
