@@ -3,7 +3,8 @@
  *     int main(void) { RUN(test_inverse); RUN(test_slab); return test_end(); }
  *
  * Inside a test: CHECK(condition), CHECK_NEAR(got, want, rel, abs), CHECK_TEXT(got, want), FAIL("why %d", n).
- * A test goes on after a failed check; the first failure of each is shown. */
+ * A test goes on after a failed check; the first failure of each is shown.  SKIP("why"), where it cannot be run, makes it
+ * neither pass nor fail. */
 #ifndef TESTS_UNIT_TEST_H
 #define TESTS_UNIT_TEST_H
 
@@ -14,6 +15,7 @@
 
 static int test_number, test_failures, test_failed_checks;
 static char test_why[512];
+static const char *test_skipped;
 
 __attribute__((format(printf, 3, 4), unused)) static void test_fail(const char *file, int line, const char *format, ...)
 {
@@ -38,11 +40,14 @@ __attribute__((unused)) static void test_near(const char *file, int line, const 
 __attribute__((unused)) static void test_run(const char *name, void (*test)(void))
 {
     test_failed_checks = 0;
+    test_skipped = NULL;
     test();
     test_number++;
     if (test_failed_checks) {
         test_failures++;
         printf("not ok %d - %s\n# %s (%d failed checks)\n", test_number, name, test_why, test_failed_checks);
+    } else if (test_skipped) {
+        printf("ok %d - %s # SKIP %s\n", test_number, name, test_skipped);
     } else {
         printf("ok %d - %s\n", test_number, name);
     }
@@ -57,6 +62,7 @@ __attribute__((unused)) static int test_end(void)
 
 #define RUN(test) test_run(#test, test)
 #define FAIL(...) test_fail(__FILE__, __LINE__, __VA_ARGS__)
+#define SKIP(why) ((void)(test_skipped = (why)))
 #define CHECK(condition) ((condition) ? (void)0 : test_fail(__FILE__, __LINE__, "%s", #condition))
 #define CHECK_NEAR(got, want, rel, abs_floor) test_near(__FILE__, __LINE__, #got, got, want, rel, abs_floor)
 #define CHECK_TEXT(got, want) \
