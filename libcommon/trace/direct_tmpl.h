@@ -41,7 +41,7 @@ static inline void enter(March *m, unsigned i, unsigned features)
     }
     double first = s->first[i];
     bool alone = first >= s->last[i];
-    m->length[i] = (real)(alone ? s->t1[i] - step_begin(s, i, first) : s->h * doubles_lane(&s->stands_for, (int)i));
+    m->length[i] = (real)(alone ? s->t1[i] - step_begin(s, i, first) : s->h * s->stands_for[i]);
     if (features & FEATURES_THAT_WAIT && (s->left[i] > 0 || features & FEATURE_ISO)) {
         m->before[i] = sample_gap(s, i, first);
         if (first == s->stretch_first[i]) /* else it follows the last one */
@@ -50,12 +50,35 @@ static inline void enter(March *m, unsigned i, unsigned features)
     }
 }
 
+/* The rays go on together. */
+ALWAYS_INLINE void enter_together(March *m)
+{
+    Samples *s = &m->s;
+    ints mask = s->packet.alive;
+    samples_visit(s, mask);
+    mask &= s->packet.alive;
+    wide lengths[PARTS];
+    wide_mask is_last[PARTS];
+    for (int n = 0; n < PARTS; n++) {
+        lengths[n] = get_part(s->stands_for, n) * s->h;
+        is_last[n] = (wide_mask)(get_part(s->first, n) >= get_part(s->last, n));
+    }
+    m->length = reals_select(mask, reals_joined(lengths), m->length);
+    FOR_LANES(i, mask_bits(mask & masks_joined(is_last)))
+        m->length[i] = (real)(s->t1[i] - step_begin(s, i, s->first[i]));
+}
+
 ALWAYS_INLINE void march_samples(March *m, unsigned features)
 {
     Samples *s = &m->s;
     for (;;) {
-        FOR_LANES(i, mask_bits(s->packet.alive & ~s->visiting))
-            enter(m, i, features);
+        if (!(features & FEATURES_THAT_WAIT) && s->way.together) {
+            while (any(s->packet.alive) && !any(s->visiting))
+                enter_together(m);
+        } else {
+            FOR_LANES(i, mask_bits(s->packet.alive & ~s->visiting))
+                enter(m, i, features);
+        }
         if (!any(s->packet.alive))
             break;
         int steps = samples_in_step(s);
@@ -98,7 +121,7 @@ static void trace_direct(const VolTraceCall *call)
     for (size_t i = 0; i < call->count; i += LANES) {
         March m;
         memset(&m, 0, sizeof m);
-        samples_begin(&m.s, call, i, 0.5);
+        samples_begin(&m.s, call, i, 0.5, !(kernel->features & FEATURES_THAT_WAIT));
         for (int c = 0; c < 3; c++)
             m.transmittance[c] = reals_all(1);
         m.intervals_seen = bits_of_seen(m.s.packet.tables);

@@ -276,7 +276,7 @@ MAYBE_UNUSED static void note_sub_interval(Exact *k, const SubInterval *p, const
             optical_depths_of(&k->sum, i, features, so_far.before);
             double share = share_up_to_half(depth_of_sub_interval, &so_far, i, channels_of(features));
             if (share <= 1)
-                l->out[i].depth = stretch_begin(&k->way, i) + (double)k->begin[i] +
+                l->out[i].depth = stretch_begin(&k->way)[i] + (double)k->begin[i] +
                                   (double)k->length[i] * ((double)p->sa[i] + (double)p->ds[i] * share);
         }
         if (l->listener) {
@@ -443,7 +443,7 @@ static void exact_begin(Exact *k, const VolTraceCall *call, size_t first)
 {
     memset(k, 0, sizeof *k);
     packet_begin(&k->packet, call, first);
-    traversal_begin(&k->way, &k->packet);
+    traversal_begin(&k->way, &k->packet, false);
 }
 
 static void trace_exact(const VolTraceCall *call)

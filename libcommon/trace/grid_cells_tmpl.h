@@ -50,15 +50,15 @@ static inline bool judges_ends(unsigned features)
 /* A brick of one value counts as one cell where the classic model does not light what is in it from place to place. */
 static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i, unsigned features)
 {
-    if (!enter_brick(w, l, i, true))
+    BrickSpan span;
+    if (!enter_brick(w, l, i, true, &span))
         return false;
-    const BrickSpan *span = &w->span[i];
-    bool uniform = vol_brick_is_uniform(&l->scene->grid->bricks[span->brick]);
-    bool single = span->wide || (uniform && !(features & FEATURE_CLASSIC));
+    bool uniform = vol_brick_is_uniform(&l->scene->grid->bricks[span.brick]);
+    bool single = span.wide || (uniform && !(features & FEATURE_CLASSIC));
     for (int a = 0; a < 3; a++) {
-        real d = w->d[a][i], e = real_clamp((real)span->e[a], 0, VOL_BRICK_CELLS);
+        real d = w->d[a][i], e = real_clamp((real)span.e[a], 0, VOL_BRICK_CELLS);
         real at = d < 0 ? real_ceil(e) - 1 : real_floor(e);
-        real last = last_cell(l->scene->grid, a, span->origin[a], d);
+        real last = last_cell(l->scene->grid, a, span.origin[a], d);
         /* A ray that enters where the domain ends but for rounding is in its last cell, not beyond it. */
         at = real_min(real_max(at, d < 0 ? last : 0), d > 0 ? last : VOL_BRICK_CELLS - 1);
         w->e[a][i] = e;
@@ -66,12 +66,12 @@ static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i,
         w->last[a][i] = last;
         w->next[a][i] = single ? INFINITY : next_face(at, last, e, d, w->inv[a][i]);
         w->entered[a][i] = 0;
-        w->exit_axes[a][i] = -(lane_int)(span->exit_axes >> a & 1);
+        w->exit_axes[a][i] = -(lane_int)(span.exit_axes >> a & 1);
     }
     w->u[i] = 0;
-    w->end[i] = (real)(span->t1 - span->t0);
+    w->end[i] = (real)(span.t1 - span.t0);
     if (features & FEATURE_ISO || judges_ends(features))
-        w->carried[i] = w->carry_t[i] == span->t0 ? -1 : 0;
+        w->carried[i] = w->carry_t[i] == span.t0 ? -1 : 0;
     return true;
 }
 
@@ -108,7 +108,7 @@ MAYBE_UNUSED static void judge_ends(Traversal *w, ints mask, const reals corners
     w->carry = reals_select(mask, *exit, w->carry);
     w->carried |= mask;
     FOR_LANES(i, mask_bits(mask & ~inside))
-        w->carry_t[i] = w->span[i].t1;
+        w->carry_t[i] = w->in.past[i];
 }
 
 ALWAYS_INLINE ints traversal_next_cells(Traversal *w, const RayPacket *l, ints mask, bool bounded, unsigned features,

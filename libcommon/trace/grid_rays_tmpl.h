@@ -1,4 +1,4 @@
-/* Ray packets in a grid: each ray on its own way from brick to brick.
+/* Ray packets in a grid: each ray on its own way from brick to brick, or brick by brick all that have come to it.
  *
  * PARAMETERS  VOL_DOUBLE
  * PROVIDES    Traversal; of the contract in traversal.h: traversal_begin() and what concerns stretches */
@@ -7,14 +7,19 @@
 
 #include "trace/bricks_tmpl.h"
 #include "trace/packet_tmpl.h"
+#include "trace/packet_walk_tmpl.h"
 #include "trace/walk.h"
 
 typedef struct Traversal {
-    Walk walk[LANES];
+    Walk walk[LANES];             /* of rays on their own way */
+    PacketWalk packet;            /* of rays together */
+    bool together;
     reals d[3], inv[3];           /* index space per world unit */
 
     /* The brick that a lane is in. */
-    BrickSpan span[LANES];
+    Stretches in;
+    uint32_t brick[LANES];
+    ints uniform;                 /* the stretch is: many bricks of one value */
     const real *values[LANES];    /* its voxels */
     const real *gradients[LANES]; /* its voxels' gradients, three planes; those of an earlier brick where due */
     unsigned gradients_due;       /* one bit per lane */
@@ -22,7 +27,6 @@ typedef struct Traversal {
     reals lo, hi;                 /* range of the others */
 
     /* Cells: the way through the brick from where the ray entered it, world units along the ray. */
-    bool single[LANES];           /* it is of one value and counts as one cell */
     reals e[3], at[3];            /* the entry, and the next cell to come, from the brick's first */
     reals next[3];                /* where the ray leaves that cell across each axis */
     reals u, end;                 /* where it enters that cell; where it leaves the brick */
@@ -40,21 +44,31 @@ typedef struct Traversal {
     reals run[3], step[3];
 } Traversal;
 
-static inline double stretch_begin(const Traversal *w, unsigned i) { return w->span[i].t0; }
-static inline double stretch_end(const Traversal *w, unsigned i) { return w->span[i].t1; }
-static inline bool stretch_is_uniform(const Traversal *w, unsigned i) { return w->span[i].wide; }
+static inline const double *stretch_begin(const Traversal *w) { return w->in.begin; }
+static inline const double *stretch_end(const Traversal *w) { return w->in.past; }
+static inline ints stretch_is_uniform(const Traversal *w) { return w->uniform; }
 
-static inline void traversal_begin(Traversal *w, const RayPacket *l)
+static inline void brick_origin(const Traversal *w, unsigned i, int32_t origin[3])
+{
+    for (int a = 0; a < 3; a++)
+        origin[a] = (int32_t)w->in.origin[a][i];
+}
+
+static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wait)
 {
     memset(w, 0, sizeof *w);
+    if (may_wait) {
+        packet_walk_begin(&w->packet, l->scene->grid, &l->prepared->space, l->rays, l->count);
+        w->together = rays_are_close(&w->packet);
+    }
     for (size_t i = 0; i < LANES; i++) {
         Walk *walk = &w->walk[i];
         walk_begin(walk, l->scene->grid, &l->prepared->space, &l->rays[i < l->count ? i : 0]);
         w->values[i] = w->gradients[i] = scratch_zeros(l->scratch);
         w->carry_t[i] = NAN;
         for (int a = 0; a < 3; a++) {
-            w->d[a][i] = (real)walk->d[a];
-            w->inv[a][i] = walk->d[a] == 0 ? 0 : 1 / (real)walk->d[a];
+            w->d[a][i] = (real)walk->ray.d[a];
+            w->inv[a][i] = walk->ray.d[a] == 0 ? 0 : 1 / (real)walk->ray.d[a];
         }
     }
     for (int a = 0; a < 3; a++) {
@@ -75,12 +89,10 @@ static inline bool float_is_enough(const VolPrepared *prepared, uint32_t brick)
 }
 
 /* Takes lane i into its next visible brick; false, and the lane is not alive any more: there is none, or the ray is given
- * up.  `entry`: see walk_next. */
-static inline bool enter_brick(Traversal *w, RayPacket *l, unsigned i, bool entry)
+ * up.  `ends`: see walk_next. */
+static inline bool enter_brick(Traversal *w, RayPacket *l, unsigned i, bool ends, BrickSpan *span)
 {
-    const VolGrid *grid = l->scene->grid;
-    BrickSpan *span = &w->span[i];
-    bool found = walk_next(&w->walk[i], entry, span);
+    bool found = walk_next(&w->walk[i], ends, span);
     l->scratch->skipped.blocks += w->walk[i].blocks; /* now: a ray may end in the brick and come here no more */
     w->walk[i].blocks = 0;
     bool enough = !found || float_is_enough(l->prepared, span->brick);
@@ -89,8 +101,14 @@ static inline bool enter_brick(Traversal *w, RayPacket *l, unsigned i, bool entr
         l->alive[i] = 0;
         return false;
     }
-    const VolBrick *brick = &grid->bricks[span->brick];
-    w->values[i] = brick_values(grid, l->scratch, w->values, span->brick);
+    const VolBrick *brick = &l->scene->grid->bricks[span->brick];
+    w->in.begin[i] = span->t0;
+    w->in.past[i] = span->t1;
+    for (int a = 0; a < 3; a++)
+        w->in.origin[a][i] = span->origin[a];
+    w->brick[i] = span->brick;
+    w->values[i] = brick_values(l->scene->grid, l->scratch, w->values, span->brick);
+    w->uniform[i] = -(lane_int)span->wide;
     w->gradients_due |= 1u << i;
     w->invalid[i] = -(lane_int)brick->invalid;
     w->in_stretch[i] = -1;
@@ -101,17 +119,76 @@ static inline bool enter_brick(Traversal *w, RayPacket *l, unsigned i, bool entr
     return true;
 }
 
-static inline bool traversal_enter_samples(Traversal *w, RayPacket *l, unsigned i) { return enter_brick(w, l, i, false); }
+static inline bool traversal_enter_samples(Traversal *w, RayPacket *l, unsigned i)
+{
+    BrickSpan span;
+    return enter_brick(w, l, i, false, &span);
+}
+
+/* ---- Together ---- */
+
+static inline void give_up(RayPacket *l, ints lanes)
+{
+    l->alive &= ~lanes;
+    FOR_LANES(i, mask_bits(lanes))
+        l->out[i].given_up = true;
+}
+
+/* What the lanes of the visit know of their brick. */
+ALWAYS_INLINE void settle_in(Traversal *w, RayPacket *l, const Visit *visit)
+{
+    const VolBrick *brick = &l->scene->grid->bricks[visit->brick];
+    const real *values = brick_values(l->scene->grid, l->scratch, w->values, visit->brick);
+    bool seen = l->prepared->space.brick_visible[visit->brick] == VOL_BRICK_SEEN;
+    unsigned bits = mask_bits(visit->lanes);
+    FOR_LANES(i, bits) {
+        w->values[i] = values;
+        w->brick[i] = visit->brick;
+    }
+    w->gradients_due |= bits;
+    w->uniform = ints_select(visit->lanes, ints_all(-(lane_int)visit->wide), w->uniform);
+    w->invalid = ints_select(visit->lanes, ints_all(-(lane_int)brick->invalid), w->invalid);
+    w->shows = ints_select(visit->lanes, ints_all(-(lane_int)seen), w->shows);
+    w->in_stretch |= visit->lanes;
+    w->lo = reals_select(visit->lanes, reals_all((real)brick->lo), w->lo);
+    w->hi = reals_select(visit->lanes, reals_all((real)brick->hi), w->hi);
+    l->scratch->skipped.bricks_entered += (unsigned)__builtin_popcount(bits);
+}
+
+/* Takes those of `mask` that come to it first into the next visible brick; false, and none of them is alive any more: there
+ * is none.  Nor are those that are given up. */
+ALWAYS_INLINE bool visit_brick(Traversal *w, RayPacket *l, ints mask, bool ends, Visit *visit)
+{
+    bool found = packet_walk_next(&w->packet, mask, ends, visit, &w->in);
+    l->scratch->skipped.blocks += w->packet.blocks;
+    w->packet.blocks = 0;
+    if (!found)
+        l->alive &= ~mask;
+    else if (!float_is_enough(l->prepared, visit->brick))
+        give_up(l, visit->lanes);
+    else
+        settle_in(w, l, visit);
+    return found;
+}
+
+static inline void traversal_visit_samples(Traversal *w, RayPacket *l, ints mask)
+{
+    Visit visit;
+    while (any(mask) && visit_brick(w, l, mask, false, &visit))
+        mask &= ~visit.lanes;
+}
 
 /* Makes the gradients of each of `mask`; the others have something that may be loaded from. */
 static inline void need_gradients(Traversal *w, const RayPacket *l, ints mask)
 {
     unsigned due = mask_bits(mask) & w->gradients_due;
     w->gradients_due &= ~due;
-    FOR_LANES(i, due)
-        w->gradients[i] = w->span[i].wide ? scratch_zeros(l->scratch)
-                                          : brick_gradients(l->scene->grid, l->scratch, w->gradients, w->span[i].brick,
-                                                            w->span[i].origin);
+    FOR_LANES(i, due) {
+        int32_t origin[3];
+        brick_origin(w, i, origin);
+        w->gradients[i] = w->uniform[i] ? scratch_zeros(l->scratch)
+                                        : brick_gradients(l->scene->grid, l->scratch, w->gradients, w->brick[i], origin);
+    }
 }
 
 /* World gradient from index-space gradient: g_world_i = sum_j d(index_j)/d(world_i) g_j (inverse transpose). */

@@ -58,16 +58,16 @@ static inline void traversal_set_step(Traversal *w, const RayPacket *l, double h
     (void)l;
     for (size_t i = 0; i < LANES; i++)
         for (int a = 0; a < 3; a++)
-            w->step[a][i] = (real)(h * w->walk[i].d[a]);
+            w->step[a][i] = (real)(h * w->walk[i].ray.d[a]);
 }
 
 /* Where the run that begins at t, in the brick at `origin`, has its sample 0. */
 static inline void place_run(const Traversal *w, const RayPacket *l, unsigned i, const int32_t origin[3], double t,
                              real last, real e[3])
 {
-    const Walk *walk = &w->walk[i];
+    const IndexRay *ray = &w->walk[i].ray;
     for (int a = 0; a < 3; a++) {
-        double x = fma(t, walk->d[a], walk->o[a] - origin[a]);
+        double x = fma(t, ray->d[a], ray->o[a] - origin[a]);
         e[a] = settle_run(l->scene->grid, a, origin[a], x, last, w->step[a][i]);
     }
 }
@@ -75,11 +75,41 @@ static inline void place_run(const Traversal *w, const RayPacket *l, unsigned i,
 /* On a stretch of one value it does not matter where. */
 static inline void traversal_begin_run(Traversal *w, const RayPacket *l, unsigned i, double t, real last)
 {
+    int32_t origin[3];
     real e[3] = {0};
-    if (!w->span[i].wide)
-        place_run(w, l, i, w->span[i].origin, t, last, e);
+    brick_origin(w, i, origin);
+    if (!w->uniform[i])
+        place_run(w, l, i, origin, t, last, e);
     for (int a = 0; a < 3; a++)
         w->run[a][i] = e[a];
+}
+
+/* Whether a brick that begins at `first` along axis a lies within the domain there. */
+ALWAYS_INLINE wide_mask is_inside(const VolGrid *grid, int a, wide first)
+{
+    return (wide_mask)(first >= grid->domain_min[a]) & (wide_mask)(first <= grid->domain_max[a] - VOL_BRICK_CELLS);
+}
+
+/* As traversal_begin_run, for the lanes of `mask`. */
+ALWAYS_INLINE void traversal_begin_runs(Traversal *w, const RayPacket *l, ints mask, const double t[LANES], reals last)
+{
+    const reals zero = reals_all(0), before_face = reals_all(VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2));
+    ints settled = ints_all(-1);
+    for (int a = 0; a < 3; a++) {
+        wide from[PARTS];
+        wide_mask inside[PARTS];
+        for (int n = 0; n < PARTS; n++) {
+            wide origin = get_part(w->in.origin[a], n);
+            from[n] = wide_fma(get_part(t, n), get_part(w->packet.d[a], n), get_part(w->packet.o[a], n) - origin);
+            inside[n] = is_inside(l->scene->grid, a, origin);
+        }
+        reals e = reals_where(~w->uniform, reals_joined(from)), end = reals_fma(last, w->step[a], e);
+        settled &= masks_joined(inside) & (ints)(reals_min(e, end) >= zero) & (ints)(reals_max(e, end) <= before_face);
+        w->run[a] = reals_select(mask, e, w->run[a]);
+    }
+    ints unsettled = mask & ~settled & ~w->uniform;
+    FOR_LANES(i, mask_bits(unsettled))
+        traversal_begin_run(w, l, i, t[i], last[i]);
 }
 
 /* `valid`: of `mask`, and not beside an invalid voxel. */
@@ -139,25 +169,24 @@ static inline void traversal_find(const Traversal *w, const RayPacket *l, unsign
                                   double *t1)
 {
     const VolGrid *grid = l->scene->grid;
-    const VolRay *ray = &l->rays[i];
-    Walk walk = w->walk[i];
+    const VolRay *world = &l->rays[i];
+    const IndexRay *ray = &w->walk[i].ray;
+    double inside = t < world->t1 ? t : nextafter(world->t1, -INFINITY); /* the ray's end belongs to the brick before it */
+    int32_t at[3];
+    *t0 = world->t0;
+    *t1 = world->t1;
     for (int a = 0; a < 3; a++) {
-        walk.at_min[a] = grid->cell_min[a] >> 3;
-        walk.at_max[a] = grid->cell_max[a] >> 3;
-    }
-    walk.t = t < ray->t1 ? t : nextafter(ray->t1, -INFINITY); /* the ray's end belongs to the brick before it */
-    walk_locate(&walk);
-    *t0 = ray->t0;
-    *t1 = ray->t1;
-    for (int a = 0; a < 3; a++) {
-        out->origin[a] = walk.at[a] * VOL_BRICK_CELLS;
-        *t1 = fmin(*t1, walk.ahead[a]);
-        if (walk.d[a] != 0)
-            *t0 = fmax(*t0, walk_plane(&walk, a, (walk.d[a] > 0 ? walk.at[a] : walk.at[a] + 1) * VOL_BRICK_CELLS));
+        at[a] = brick_at_time(ray, a, inside, grid->cell_min[a] >> 3, grid->cell_max[a] >> 3);
+        double low = (double)at[a] * VOL_BRICK_CELLS, high = low + VOL_BRICK_CELLS;
+        out->origin[a] = at[a] * VOL_BRICK_CELLS;
+        if (ray->d[a] == 0)
+            continue;
+        *t0 = fmax(*t0, plane_time(ray, a, ray->d[a] > 0 ? low : high));
+        *t1 = fmin(*t1, plane_time(ray, a, ray->d[a] > 0 ? high : low));
     }
     out->t = t;
     out->is_end = false;
-    out->brick = vol_grid_brick_number(grid, walk.at[0], walk.at[1], walk.at[2]);
+    out->brick = vol_grid_brick_number(grid, at[0], at[1], at[2]);
 }
 
 static inline void set_cell(Place *place, const real p[3])
@@ -182,10 +211,10 @@ static inline void traversal_place_in_run(const Traversal *w, const RayPacket *l
 
 static inline void traversal_place_at(const Traversal *w, const RayPacket *l, unsigned i, Place *out)
 {
-    const Walk *walk = &w->walk[i];
+    const IndexRay *ray = &w->walk[i].ray;
     real p[3];
     for (int a = 0; a < 3; a++) {
-        double x = fma(out->t, walk->d[a], walk->o[a] - out->origin[a]);
+        double x = fma(out->t, ray->d[a], ray->o[a] - out->origin[a]);
         p[a] = settle_run(l->scene->grid, a, out->origin[a], x, 0, 0);
     }
     set_cell(out, p);
@@ -195,11 +224,11 @@ static inline void traversal_place_at(const Traversal *w, const RayPacket *l, un
 static inline void traversal_settle_end(const Traversal *w, const RayPacket *l, unsigned i, Place *place)
 {
     const VolGrid *grid = l->scene->grid;
-    const Walk *walk = &w->walk[i];
+    const IndexRay *ray = &w->walk[i].ray;
     int cell[3];
     for (int a = 0; a < 3; a++) {
-        double x = fma(place->t, walk->d[a], walk->o[a] - place->origin[a]);
-        double near = 0x1p-48 * (fabs(walk->o[a]) + fabs(x) + 8);
+        double x = fma(place->t, ray->d[a], ray->o[a] - place->origin[a]);
+        double near = 0x1p-48 * (fabs(ray->o[a]) + fabs(x) + 8);
         double lo = grid->domain_min[a] - place->origin[a], hi = grid->domain_max[a] - place->origin[a];
         bool far = lo < hi && hi >= 1 && hi <= VOL_BRICK_CELLS, first = lo >= 0 && lo < VOL_BRICK_CELLS;
         cell[a] = (place->offset / (a == 0 ? 81 : a == 1 ? 9 : 1)) % 9;

@@ -8,7 +8,7 @@
 #include "base/mem.h"
 #include "trace/conditioning.h"
 #include "trace/tf_tables.h"
-#include "trace/walk.h"
+#include "trace/index_ray.h"
 
 /* Largest radiance that the lights can make of base colour `color`. */
 static double shaded_bound(const VolPrepared *p, double color)
@@ -116,7 +116,8 @@ double vol_termination_depth(const VolPrepared *prepared, double length)
 
 bool vol_ray_meets_visible(const VolPrepared *prepared, const VolRay *ray)
 {
-    Walk walk;
-    walk_begin(&walk, prepared->scene->grid, &prepared->space, ray);
-    return walk.t < walk.end;
+    IndexRay in_index = index_ray(prepared->scene->grid, ray);
+    double t = ray->t0, end = ray->t1;
+    cut_to_visible(&in_index, &prepared->space, &t, &end);
+    return t < end;
 }

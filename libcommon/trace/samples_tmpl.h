@@ -34,6 +34,7 @@
 
 #include VOL_TRAVERSAL
 
+#include "simd/wide.h"
 #include "trace/accumulate_tmpl.h"
 
 enum { RUN_MOST = 32 }; /* samples: sums and products in float over a run stay short, however small the step */
@@ -51,9 +52,10 @@ typedef struct Samples {
     double stretch_first[LANES], stretch_past[LANES];
 
     /* The run of samples that a lane is in. */
-    ints visiting;
+    ints visiting, active;       /* active: sample j is in it, too */
     double first[LANES];         /* number of its first sample */
-    Doubles stands_for;          /* so many samples each of them is: more than 1 on uniform stretches, */
+    reals count;
+    double stands_for[LANES];    /* so many samples each of them is: more than 1 on uniform stretches, */
     bool equals;                 /* where some lane is on one: `stands_for` is to be looked at */
     ints left;                   /* samples from the next one on */
     ints end_first;              /* the first is an end of the ray, to be judged: see is_end */
@@ -103,11 +105,11 @@ static inline double sample_behind(const Samples *s, unsigned i, double t)
     return t >= s->t1[i] ? s->last[i] + 1 : first_sample(s, i, t);
 }
 
-static inline void samples_begin(Samples *s, const VolTraceCall *call, size_t first, double shift)
+static inline void samples_begin(Samples *s, const VolTraceCall *call, size_t first, double shift, bool may_wait)
 {
     memset(s, 0, sizeof *s);
     packet_begin(&s->packet, call, first);
-    traversal_begin(&s->way, &s->packet);
+    traversal_begin(&s->way, &s->packet, may_wait);
     s->h = call->prepared->scene->step;
     s->per_h = 1 / s->h;
     s->shift = shift;
@@ -122,7 +124,7 @@ static inline void samples_begin(Samples *s, const VolTraceCall *call, size_t fi
         s->last[i] = shift > 0 ? s->steps[i] - 1 : s->steps[i];
         s->last_t[i] = fma(shift, ray->t1 - step_begin(s, (unsigned)i, s->last[i]), step_begin(s, (unsigned)i, s->last[i]));
         s->stretch_past[i] = -1;
-        doubles_set(&s->stands_for, (int)i, 1);
+        s->stands_for[i] = 1;
     }
 }
 
@@ -161,11 +163,11 @@ static inline double equals_of_sample(const Samples *s, unsigned i, double n)
 
 static inline void start_run(Samples *s, unsigned i, double n)
 {
-    bool uniform = stretch_is_uniform(&s->way, i);
+    bool uniform = stretch_is_uniform(&s->way)[i];
     Run run = uniform ? (Run){n, 1} : run_of_sample(s, i, s->stretch_first[i], s->stretch_past[i], n);
     double stands_for = uniform ? equals_of_sample(s, i, n) : 1;
     traversal_begin_run(&s->way, &s->packet, i, sample_time(s, i, run.first), (real)(run.count - 1));
-    doubles_set(&s->stands_for, (int)i, stands_for);
+    s->stands_for[i] = stands_for;
     s->equals = s->equals || stands_for > 1;
     s->first[i] = run.first;
     s->left[i] = (lane_int)run.count;
@@ -185,11 +187,11 @@ static inline bool samples_enter(Samples *s, unsigned i)
         start_run(s, i, next);
         return true;
     }
-    double end = w->in_stretch[i] ? stretch_end(w, i) : -INFINITY;
+    double end = w->in_stretch[i] ? stretch_end(w)[i] : -INFINITY;
     if (!traversal_enter_samples(w, &s->packet, i))
         return false;
-    s->stretch_first[i] = stretch_begin(w, i) == end ? s->stretch_past[i] : first_sample(s, i, stretch_begin(w, i));
-    s->stretch_past[i] = sample_behind(s, i, stretch_end(w, i));
+    s->stretch_first[i] = stretch_begin(w)[i] == end ? s->stretch_past[i] : first_sample(s, i, stretch_begin(w)[i]);
+    s->stretch_past[i] = sample_behind(s, i, stretch_end(w)[i]);
     s->first[i] = s->stretch_first[i];
     s->left[i] = 0;
     if (s->stretch_first[i] < s->stretch_past[i])
@@ -197,33 +199,139 @@ static inline bool samples_enter(Samples *s, unsigned i)
     return true;
 }
 
+/* ---- Runs of rays together ---- */
+
+/* How many samples the runs have that begin with samples `first`, and how many of the ray's each of them stands for. */
+ALWAYS_INLINE wide run_lengths(const Samples *s, int n, wide first, wide_mask uniform, wide *stands_for)
+{
+    wide past = get_part(s->stretch_past, n), last = get_part(s->last, n), one = wide_all(1);
+    wide_mask inner = uniform & (wide_mask)(first > get_part(s->stretch_first, n));
+    wide count = wide_min(wide_min(past, last) - first, wide_all(RUN_MOST));
+    *stands_for = wide_select(inner, wide_max(past - 1 - first, one), one);
+    return wide_select(uniform | (wide_mask)(first >= last), one, count);
+}
+
+/* The lanes of `mask` begin the runs whose first samples are `first`. */
+ALWAYS_INLINE void start_runs(Samples *s, ints mask)
+{
+    double t[LANES];
+    ints uniform = stretch_is_uniform(&s->way);
+    wide counts[PARTS], met = wide_all(0);
+    for (int n = 0; n < PARTS; n++) {
+        wide_mask part = mask_part(mask, n);
+        wide first = get_part(s->first, n), stands_for;
+        wide time = wide_fma(first + s->shift, wide_all(s->h), get_part(s->t0, n));
+        time = wide_select((wide_mask)(first >= get_part(s->last, n)), get_part(s->last_t, n), time);
+        set_part(t, n, time);
+        counts[n] = run_lengths(s, n, first, mask_part(uniform, n), &stands_for);
+        met += wide_where(part, counts[n] * stands_for);
+        put_part(s->stands_for, n, part, stands_for);
+        s->equals = s->equals || wide_bits(part & (wide_mask)(stands_for > 1));
+    }
+    s->count = reals_select(mask, reals_joined(counts), s->count);
+    traversal_begin_runs(&s->way, &s->packet, mask, t, s->count - 1);
+    s->left = ints_select(mask, __builtin_convertvector(s->count, ints), s->left);
+    s->j = reals_where(~mask, s->j);
+    s->visiting |= mask;
+    s->end_first &= ~mask;
+    if (s->packet.tables->jumps)
+        FOR_LANES(i, mask_bits(mask & ~uniform))
+            s->end_first[i] = is_end(s, i, s->first[i]) ? -1 : 0;
+    s->packet.scratch->skipped.cells_met += (uint64_t)wide_sum(met);
+}
+
+/* As first_sample, for lanes of `mask`. */
+ALWAYS_INLINE wide first_samples(const Samples *s, int n, wide_mask mask, wide t)
+{
+    wide x = (t - get_part(s->t0, n)) * s->per_h - s->shift, number = wide_ceil(x), early = number - x;
+    wide_mask sure = (wide_mask)(number > 0) & (wide_mask)(number < wide_min(get_part(s->last, n), wide_all(1e9)));
+    sure &= (wide_mask)(wide_max(early, 1 - early) < 1 - 1e-3);
+    FOR_LANES(i, wide_bits(mask & ~sure))
+        number[i] = first_sample(s, PART * (unsigned)n + i, t[i]);
+    return number;
+}
+
+/* The lanes of `mask` have entered a stretch, from one that ended at `before` where they were in one. */
+ALWAYS_INLINE void number_samples(Samples *s, ints mask, ints were_in_one, const double before[LANES])
+{
+    wide_mask some[PARTS] = {{0}};
+    for (int n = 0; n < PARTS; n++) {
+        wide_mask part = mask_part(mask, n);
+        if (PARTS > 1 && !wide_bits(part))
+            continue;
+        wide begin = get_part(stretch_begin(&s->way), n), end = get_part(stretch_end(&s->way), n);
+        wide first = get_part(s->stretch_past, n), past = get_part(s->last, n) + 1;
+        wide_mask apart = part & ~(mask_part(were_in_one, n) & (wide_mask)(begin == get_part(before, n)));
+        wide_mask inside = part & (wide_mask)(end < get_part(s->t1, n));
+        if (wide_bits(apart))
+            first = wide_select(apart, first_samples(s, n, apart, begin), first);
+        past = wide_select(inside, first_samples(s, n, inside, end), past);
+        put_part(s->stretch_first, n, part, first);
+        put_part(s->stretch_past, n, part, past);
+        put_part(s->first, n, part, first);
+        some[n] = part & (wide_mask)(first < past);
+    }
+    ints starting = masks_joined(some);
+    s->left &= ~mask;
+    if (any(starting))
+        start_runs(s, starting);
+}
+
+/* Takes the lanes of `mask` to their next runs of samples, in the stretches that they are in or the next with something in
+ * them.  left[i] = 0: that one has none, and the lane is not visiting.  Where there is no further one, the lane is not alive
+ * any more. */
+ALWAYS_INLINE void samples_visit(Samples *s, ints mask)
+{
+    Traversal *w = &s->way;
+    ints were_in_one = w->in_stretch;
+    wide_mask has_more[PARTS];
+    for (int n = 0; n < PARTS; n++)
+        has_more[n] = (wide_mask)(get_part(s->first, n) < get_part(s->stretch_past, n));
+    ints more = mask & were_in_one & masks_joined(has_more), rest = mask & ~more;
+    if (any(more))
+        start_runs(s, more);
+    if (!any(rest))
+        return;
+    double before[LANES];
+    memcpy(before, stretch_end(w), sizeof before);
+    traversal_visit_samples(w, &s->packet, rest);
+    number_samples(s, rest & s->packet.alive, were_in_one, before);
+}
+
+/* ---- On the way ---- */
+
 /* How many samples those that the lanes of `mask` are at stand for, beside themselves. */
 static ints samples_beside(const Samples *s, ints mask)
 {
     ints count = ints_all(0);
     FOR_LANES(i, mask_bits(mask))
-        count[i] = (lane_int)fmin(doubles_lane(&s->stands_for, (int)i) - 1, INT32_MAX / 2);
+        count[i] = (lane_int)fmin(s->stands_for[i] - 1, INT32_MAX / 2);
     return count;
 }
 
-/* How many samples every visiting lane has left. */
+/* How many samples to take before asking anew: as many as every visiting lane has left, or where lanes wait for one another
+ * any of them. */
 ALWAYS_INLINE int samples_in_step(const Samples *s)
 {
     ints left = s->left | ~s->visiting; /* of the others: -1 */
     uint32_t least = UINT32_MAX;
-    for (int i = 0; i < LANES; i++)
+    int32_t most = 0;
+    for (int i = 0; i < LANES; i++) {
         least = (uint32_t)left[i] < least ? (uint32_t)left[i] : least;
-    return least == UINT32_MAX ? 0 : (int)least;
+        most = (int32_t)left[i] > most ? (int32_t)left[i] : most;
+    }
+    return s->way.together ? most : least == UINT32_MAX ? 0 : (int)least;
 }
 
-/* After `steps` samples of all visiting lanes. */
+/* After `steps` samples: the lanes that have none left. */
 ALWAYS_INLINE ints samples_passed(Samples *s, int steps)
 {
     s->left -= steps & s->visiting;
-    ints ended = s->visiting & (ints)(s->left == 0);
+    ints ended = s->visiting & (ints)(s->left <= 0);
+    s->left &= ~ended;
     s->visiting &= ~ended;
     FOR_LANES(i, mask_bits(ended))
-        s->first[i] += (double)s->j[i] * doubles_lane(&s->stands_for, (int)i);
+        s->first[i] += (s->way.together ? (double)s->count[i] : (double)s->j[i]) * s->stands_for[i];
     s->equals = false; /* such a run is of one sample */
     return ended;
 }
@@ -280,11 +388,12 @@ MAYBE_UNUSED static void judge_ends_of_rays(const Samples *s, ints mask, reals *
     }
 }
 
-/* The field at each visiting lane's sample j.  `valid`: visiting, and there is one. */
+/* The field at each active lane's sample j.  `valid`: active, and there is one. */
 ALWAYS_INLINE reals samples_value(Samples *s, SamplePlaces *at, ints *valid)
 {
-    reals v = traversal_samples(&s->way, &s->packet, s->j, s->visiting, s->packet.tables->jumps, at, valid);
-    ints ends = s->end_first & s->visiting & (ints)(s->j == 0);
+    s->active = s->way.together ? s->visiting & (ints)(s->j < s->count) : s->visiting;
+    reals v = traversal_samples(&s->way, &s->packet, s->j, s->active, s->packet.tables->jumps, at, valid);
+    ints ends = s->end_first & s->active & (ints)(s->j == 0);
     if (__builtin_expect(any(ends), 0))
         judge_ends_of_rays(s, ends, &v);
     return v;

@@ -2,7 +2,7 @@
 
 #include <math.h>
 
-#include "trace/walk.h"
+#include "trace/index_ray.h"
 
 /* Cuts [t0, t1] to a + b t >= 0. */
 static void cut(double a, double b, double *t0, double *t1)
@@ -18,19 +18,16 @@ static void cut(double a, double b, double *t0, double *t1)
 bool vol_ray_clip(const VolScene *scene, VolRay *ray)
 {
     const VolGrid *grid = scene->grid;
-    double os[3], ds[3];
     if (grid->empty)
         return false;
-    walk_ray(grid, ray, os, ds);
+    IndexRay in_index = index_ray(grid, ray);
     for (int a = 0; a < 3; a++) {
-        if (ds[a] == 0) {
-            if (!(os[a] >= grid->domain_min[a] && os[a] <= grid->domain_max[a]))
+        if (in_index.d[a] == 0) {
+            if (!(in_index.o[a] >= grid->domain_min[a] && in_index.o[a] <= grid->domain_max[a]))
                 return false;
             continue;
         }
-        /* The same formula as the walk through bricks uses, so that both meet the faces at the same t. */
-        double inverse = 1 / ds[a];
-        double first = (grid->domain_min[a] - os[a]) * inverse, second = (grid->domain_max[a] - os[a]) * inverse;
+        double first = plane_time(&in_index, a, grid->domain_min[a]), second = plane_time(&in_index, a, grid->domain_max[a]);
         ray->t0 = fmax(ray->t0, fmin(first, second));
         ray->t1 = fmin(ray->t1, fmax(first, second));
     }

@@ -12,7 +12,7 @@
 typedef struct SegmentEnd {
     LookupEnd field;
     ints valid;           /* there is one, and not in a hole */
-    Doubles number;       /* of the sample, */
+    double number[LANES]; /* of the sample, */
     double cut[LANES];    /* or where on the ray an isosurface cuts; else NAN */
     ints here;            /* the sample lies in the brick that the lane is in: */
     SamplePlaces place;
@@ -35,7 +35,7 @@ typedef struct Segments {
 
 static inline double end_time(const Segments *k, const SegmentEnd *end, unsigned i)
 {
-    return isnan(end->cut[i]) ? sample_time(&k->samples, i, doubles_lane(&end->number, (int)i)) : end->cut[i];
+    return isnan(end->cut[i]) ? sample_time(&k->samples, i, end->number[i]) : end->cut[i];
 }
 
 /* ---- Shading ---- */
@@ -48,7 +48,7 @@ static void shade_lanes_at(Segments *k, const SegmentEnd *end, ints mask, Shadin
     traversal_sample_gradients(&s->way, &s->packet, &end->place, here, gradient);
     FOR_LANES(i, mask_bits(mask & ~here)) {
         bool cut = !isnan(end->cut[i]);
-        Place place = cut ? place_of_time(s, i, end->cut[i]) : place_of_sample(s, i, doubles_lane(&end->number, (int)i));
+        Place place = cut ? place_of_time(s, i, end->cut[i]) : place_of_sample(s, i, end->number[i]);
         real g[3];
         traversal_gradient(&s->way, &s->packet, &place, g);
         for (int a = 0; a < 3; a++)
@@ -284,7 +284,7 @@ static void add_equals(Segments *k, SegmentParts *parts, Light *light, ints mask
     ints beside = samples_beside(&k->samples, mask);
     k->sum.cells += beside;
     FOR_LANES(i, mask_bits((ints)(beside > 0))) {
-        double m = doubles_lane(&k->samples.stands_for, (int)i);
+        double m = k->samples.stands_for[i];
         real sent[3];
         for (int c = 0; c < channels_of(features); c++) {
             sent[c] = (real)sent_by_equals((double)parts->optical_depth[c][i], m);

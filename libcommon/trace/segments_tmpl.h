@@ -136,8 +136,8 @@ ALWAYS_INLINE void number_back(Segments *k, ints here)
 {
     k->back->here = here;
     k->back->shaded = ints_all(0);
-    for (int n = 0; n < LANES / 4; n++)
-        k->back->number.part[n] = k->front->number.part[n] + k->samples.stands_for.part[n];
+    for (int n = 0; n < PARTS; n++)
+        set_part(k->back->number, n, get_part(k->front->number, n) + get_part(k->samples.stands_for, n));
 }
 
 /* The lanes of `heads` begin anew. */
@@ -151,7 +151,7 @@ static void start_fronts(Segments *k, bool table, unsigned features)
     a->valid = ints_select(k->heads, k->head_valid, a->valid);
     a->shaded &= ~k->heads;
     FOR_LANES(i, mask_bits(k->heads))
-        doubles_set(&a->number, (int)i, s->first[i] - 1);
+        a->number[i] = s->first[i] - 1;
 }
 
 /* Every lane that is in no run goes on until it is, or its ray has ended. */
@@ -181,7 +181,7 @@ static void segments_begin(Segments *k, const VolTraceCall *call, size_t first)
 {
     const VolScene *scene = call->prepared->scene;
     memset(k, 0, sizeof *k);
-    samples_begin(&k->samples, call, first, 0);
+    samples_begin(&k->samples, call, first, 0, false);
     k->front = &k->ends[0];
     k->back = &k->ends[1];
     for (int i = 0; i < LANES; i++)

@@ -48,7 +48,7 @@ typedef struct Exact {
 
 static inline double cell_time(const Exact *k, unsigned i, real s)
 {
-    return stretch_begin(&k->way, i) + (double)(k->begin[i] + s * k->length[i]);
+    return stretch_begin(&k->way)[i] + (double)(k->begin[i] + s * k->length[i]);
 }
 
 /* ---- Shading inside a cell ---- */
@@ -58,7 +58,7 @@ ALWAYS_INLINE reals cell_times(const Exact *k)
 {
     reals t0;
     for (int i = 0; i < LANES; i++)
-        t0[i] = (real)stretch_begin(&k->way, (unsigned)i);
+        t0[i] = (real)stretch_begin(&k->way)[i];
     return t0 + k->begin;
 }
 

@@ -11,11 +11,13 @@
  * RayPacket, `i` one lane, `mask` several; times are world units from the ray's origin.
  *
  * Stretches
- *     void traversal_begin(w, l)
+ *     void traversal_begin(w, l, may_wait)               may_wait: the estimator takes rays on together where w->together
+ *     bool w->together                                   says that they are so near one another that this saves time
  *     bool traversal_enter_cells(w, l, i, features)      lane i goes to its next stretch with something in it; false, and it
  *     bool traversal_enter_samples(w, l, i)              is not alive any more: there is none, or the ray is given up
- *     double stretch_begin(w, i), stretch_end(w, i)      the same numbers for neighbours that touch
- *     bool stretch_is_uniform(w, i)                      one value and no gradient from end to end
+ *     void traversal_visit_samples(w, l, mask)           all of `mask`, where w->together, in place of it
+ *     const double *stretch_begin(w), *stretch_end(w)    per lane; the same numbers for neighbours that touch
+ *     ints stretch_is_uniform(w)                         one value and no gradient from end to end
  *     w->in_stretch                                      mask; cells clear it where the last one is behind
  *     w->shows                                           mask: something can be seen in the stretch
  *     w->lo, w->hi                                       reals: the field's range in it
@@ -30,6 +32,7 @@
  * Samples on a line, at equal steps: runs of a few in one stretch
  *     void traversal_set_step(w, l, h)                   world units, for all runs
  *     void traversal_begin_run(w, l, i, t, last)         its first sample, and the number of its last counted from 0
+ *     void traversal_begin_runs(w, l, mask, t, last)     the same of each lane: t[i], last[i]
  *     reals traversal_samples(w, l, j, mask, bounded, SamplePlaces *at, ints *valid)
  *                                                        sample j of each lane's run
  *     void traversal_sample_gradients(w, l, at, mask, reals out[3])

@@ -8,6 +8,7 @@
 #pragma GCC diagnostic ignored "-Wunused-parameter"
 
 typedef struct Traversal {
+    bool together;
     ints in_stretch, shows, entered;
     reals lo, hi;
     double begin[LANES], end[LANES];
@@ -17,10 +18,10 @@ typedef struct Place { double t; bool is_end; } Place;
 #define CONTRACT static inline
 #define WAY const Traversal *w, const RayPacket *l
 
-CONTRACT double stretch_begin(const Traversal *w, unsigned i) { return w->begin[i]; }
-CONTRACT double stretch_end(const Traversal *w, unsigned i) { return w->end[i]; }
-CONTRACT bool stretch_is_uniform(const Traversal *w, unsigned i) { return false; }
-CONTRACT void traversal_begin(Traversal *w, const RayPacket *l)
+CONTRACT const double *stretch_begin(const Traversal *w) { return w->begin; }
+CONTRACT const double *stretch_end(const Traversal *w) { return w->end; }
+CONTRACT ints stretch_is_uniform(const Traversal *w) { return ints_all(0); }
+CONTRACT void traversal_begin(Traversal *w, const RayPacket *l, bool may_wait)
 {
     *w = (Traversal){.lo = reals_all(BOX_VALUE), .hi = reals_all(BOX_VALUE)};
     for (size_t i = 0; i < l->count; i++)
@@ -36,6 +37,10 @@ CONTRACT bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i, unsi
 {
     return traversal_enter_samples(w, l, i);
 }
+
+/* Never asked for: the rays are not `together`. */
+CONTRACT void traversal_visit_samples(Traversal *w, RayPacket *l, ints mask) {}
+CONTRACT void traversal_begin_runs(WAY, ints mask, const double *t, reals last) {}
 
 CONTRACT ints traversal_next_cells(Traversal *w, RayPacket *l, ints mask, bool bounded, unsigned f, Cell *out, CellPlace *at)
 {

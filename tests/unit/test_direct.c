@@ -67,6 +67,75 @@ static void company_levels_and_skipping_change_nothing(void)
     CHECK(marched > SCENES); /* most rays met something */
 }
 
+/* ---- Rays that go together ---- */
+
+enum { NEIGHBOURS = 16 };
+
+/* Rays within a voxel or two of another, all in its direction or nearly, that meet the domain. */
+static size_t rays_near(Random *r, const RandomScene *s, const VolRay *first, VolRay rays[NEIGHBOURS])
+{
+    bool parallel = random_below(r, 3) == 0;
+    size_t count = 0;
+    for (int tries = 0; tries < 2 * NEIGHBOURS && count < NEIGHBOURS; tries++) {
+        VolVec3 aside = vol_vec3(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
+        VolVec3 turn = vol_vec3(random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
+        VolVec3 direction = vol_along(first->direction, parallel ? 0 : 0.02, turn);
+        rays[count] = (VolRay){vol_along(first->origin, s->grid->voxel, aside),
+                               vol_scale(direction, 1 / vol_length(direction)), 0, INFINITY};
+        count += vol_ray_clip(&s->scene, &rays[count]);
+    }
+    return count;
+}
+
+/* How many look the same alone, and in turns with rays from anywhere, so that no packet's are near one another. */
+static size_t same_in_other_company(Random *r, const RandomScene *s, const VolRay *rays, size_t count,
+                                    const VolRadiance *expected)
+{
+    VolRay mixed[2 * NEIGHBOURS];
+    VolRadiance out[2 * NEIGHBOURS], alone;
+    size_t n = 0, same = 0;
+    for (size_t i = 0; i < count; i++) {
+        mixed[n++] = rays[i];
+        mixed[n] = rays[i];
+        random_packet(r, s, 1, &mixed[n++]);
+    }
+    trace_rays(&s->prepared, mixed, n, out);
+    for (size_t i = 0; i < count; i++) {
+        trace_rays(&s->prepared, &rays[i], 1, &alone);
+        same += memcmp(&out[2 * i], &expected[i], sizeof alone) == 0 && memcmp(&alone, &expected[i], sizeof alone) == 0;
+    }
+    return same;
+}
+
+static void neighbours_go_together_with_the_same_results(void)
+{
+    size_t marched = 0;
+    for (uint64_t seed = 1; seed <= SCENES; seed++) {
+        Random r;
+        RandomScene s;
+        VolRay rays[NEIGHBOURS];
+        VolRadiance scalar[NEIGHBOURS], best[NEIGHBOURS];
+        if (!direct_scene(seed, RANDOM_UNSHADED | RANDOM_NO_DELTAS, &r, &s))
+            abort();
+        VolRay first = random_ray(&r, &s);
+        size_t count = rays_near(&r, &s, &first, rays);
+        trace_rays(&s.prepared, rays, count, scalar);
+        if (same_in_other_company(&r, &s, rays, count, scalar) != count)
+            FAIL("seed %d: rays together and on their own differ", (int)seed);
+        if (vol_cpu_choose("auto", &s.scene.cpu, NULL))
+            abort();
+        trace_rays(&s.prepared, rays, count, best);
+        if (memcmp(scalar, best, count * sizeof *best) != 0)
+            FAIL("seed %d: cpu levels differ", (int)seed);
+        if (same_in_other_company(&r, &s, rays, count, best) != count)
+            FAIL("seed %d: rays together and on their own differ at the best cpu level", (int)seed);
+        for (size_t i = 0; i < count; i++)
+            marched += scalar[i].cells > 0;
+        end_scene(&s);
+    }
+    CHECK(marched > 4 * SCENES);
+}
+
 /* ---- The definition, in double ---- */
 
 typedef struct Known {
@@ -237,6 +306,7 @@ static void agrees_with_its_definition(void)
 int main(void)
 {
     RUN(company_levels_and_skipping_change_nothing);
+    RUN(neighbours_go_together_with_the_same_results);
     RUN(agrees_with_its_definition);
     return test_end();
 }
