@@ -17,24 +17,6 @@ typedef struct CellPlace {
     ints offset;         /* of the cell's first corner among the brick's voxels */
 } CellPlace;
 
-/* The last cell of a brick along axis a that a ray comes to: in the brick and in the domain. */
-static inline real last_cell(const VolGrid *grid, int a, int32_t origin, real d)
-{
-    int32_t low = grid->cell_min[a] - origin, high = grid->cell_max[a] - origin;
-    if (d > 0)
-        return (real)(high < VOL_BRICK_CELLS - 1 ? high : VOL_BRICK_CELLS - 1);
-    return (real)(low > 0 ? low : 0);
-}
-
-/* Where a ray reaches the next face across an axis.  The brick's and the domain's own faces are none: where it leaves the
- * brick, `end` says, and a cell beyond is never entered whatever rounding makes of a slanting ray. */
-static inline real next_face(real at, real last, real e, real d, real inv)
-{
-    if (d == 0 || at == last)
-        return INFINITY;
-    return (at + (d > 0) - e) * inv;
-}
-
 /* In double soft surfaces too are judged by ends on which neighbouring cells agree: beside a value of 1e30 what rounding
  * leaves of a face of zeros would hide a layer of surfaces from one and show it to the other. */
 static inline bool judges_ends(unsigned features)
@@ -47,6 +29,37 @@ static inline bool judges_ends(unsigned features)
 #endif
 }
 
+/* The first cell of lane i in the brick that it has entered; `single`: the brick is one.
+ *
+ * Of the brick and the domain's own faces none is ever reached: where the ray leaves the brick, `end` says, and a cell
+ * beyond is never entered whatever rounding makes of a slanting ray. */
+ALWAYS_INLINE void begin_cells(Traversal *w, unsigned i, const BrickSpan *span, bool single)
+{
+    const local_axes zero = local_all(0), top = local_all(VOL_BRICK_CELLS - 1);
+    local_axes d = local_of(w->d[0][i], w->d[1][i], w->d[2][i]), inv = local_of(w->inv[0][i], w->inv[1][i], w->inv[2][i]);
+    local_axes e = local_min(local_max(__builtin_convertvector(span->e, local_axes), zero), local_all(VOL_BRICK_CELLS));
+    local_mask up = (local_mask)(d > 0), down = (local_mask)(d < 0);
+    local_axes floor = __builtin_convertvector(__builtin_convertvector(e, local_mask), local_axes); /* e is not below 0 */
+    local_axes before = floor - local_select((local_mask)(floor == e), local_all(1), zero);
+    local_axes high = local_min(__builtin_convertvector(w->cell_max - span->origin, local_axes), top);
+    local_axes low = local_max(__builtin_convertvector(w->cell_min - span->origin, local_axes), zero);
+    local_axes last = local_select(up, high, low);
+    /* A ray that enters where the domain ends but for rounding is in its last cell, not beyond it. */
+    local_axes at = local_max(local_select(down, before, floor), local_select(down, last, zero));
+    at = local_min(at, local_select(up, last, top));
+    local_axes next = (at + local_select(up, local_all(1), zero) - e) * inv;
+    local_mask never = ~(up | down) | (local_mask)(at == last);
+    next = local_select(never, local_all(INFINITY), next);
+    for (int a = 0; a < 3; a++) {
+        w->e[a][i] = e[a];
+        w->at[a][i] = at[a];
+        w->last[a][i] = last[a];
+        w->next[a][i] = single ? INFINITY : next[a];
+        w->entered[a][i] = 0;
+        w->exit_axes[a][i] = (lane_int)span->exit_axes[a];
+    }
+}
+
 /* A brick of one value counts as one cell where the classic model does not light what is in it from place to place. */
 static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i, unsigned features)
 {
@@ -54,20 +67,7 @@ static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i,
     if (!enter_brick(w, l, i, true, &span))
         return false;
     bool uniform = vol_brick_is_uniform(&l->scene->grid->bricks[span.brick]);
-    bool single = span.wide || (uniform && !(features & FEATURE_CLASSIC));
-    for (int a = 0; a < 3; a++) {
-        real d = w->d[a][i], e = real_clamp((real)span.e[a], 0, VOL_BRICK_CELLS);
-        real at = d < 0 ? real_ceil(e) - 1 : real_floor(e);
-        real last = last_cell(l->scene->grid, a, span.origin[a], d);
-        /* A ray that enters where the domain ends but for rounding is in its last cell, not beyond it. */
-        at = real_min(real_max(at, d < 0 ? last : 0), d > 0 ? last : VOL_BRICK_CELLS - 1);
-        w->e[a][i] = e;
-        w->at[a][i] = at;
-        w->last[a][i] = last;
-        w->next[a][i] = single ? INFINITY : next_face(at, last, e, d, w->inv[a][i]);
-        w->entered[a][i] = 0;
-        w->exit_axes[a][i] = -(lane_int)(span.exit_axes >> a & 1);
-    }
+    begin_cells(w, i, &span, span.wide || (uniform && !(features & FEATURE_CLASSIC)));
     w->u[i] = 0;
     w->end[i] = (real)(span.t1 - span.t0);
     if (features & FEATURE_ISO || judges_ends(features))

@@ -15,6 +15,7 @@ typedef struct Traversal {
     PacketWalk packet;            /* of rays together */
     bool together;
     reals d[3], inv[3];           /* index space per world unit */
+    axes domain_min, domain_max, cell_min, cell_max; /* the grid's */
 
     /* The brick that a lane is in. */
     Stretches in;
@@ -57,6 +58,12 @@ static inline void brick_origin(const Traversal *w, unsigned i, int32_t origin[3
 static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wait)
 {
     memset(w, 0, sizeof *w);
+    for (int a = 0; a < 3; a++) {
+        w->domain_min[a] = l->scene->grid->domain_min[a];
+        w->domain_max[a] = l->scene->grid->domain_max[a];
+        w->cell_min[a] = l->scene->grid->cell_min[a];
+        w->cell_max[a] = l->scene->grid->cell_max[a];
+    }
     if (may_wait) {
         packet_walk_begin(&w->packet, l->scene->grid, &l->prepared->space, l->rays, l->count);
         w->together = rays_are_close(&w->packet);
@@ -67,8 +74,8 @@ static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wa
         w->values[i] = w->gradients[i] = scratch_zeros(l->scratch);
         w->carry_t[i] = NAN;
         for (int a = 0; a < 3; a++) {
-            w->d[a][i] = (real)walk->ray.d[a];
-            w->inv[a][i] = walk->ray.d[a] == 0 ? 0 : 1 / (real)walk->ray.d[a];
+            w->d[a][i] = (real)walk->d[a];
+            w->inv[a][i] = walk->d[a] == 0 ? 0 : 1 / (real)walk->d[a];
         }
     }
     for (int a = 0; a < 3; a++) {

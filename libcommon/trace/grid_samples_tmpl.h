@@ -72,14 +72,32 @@ static inline void place_run(const Traversal *w, const RayPacket *l, unsigned i,
     }
 }
 
+/* Whether x and x + last hd lie in the brick that begins at `origin`, and that in the domain: as settle_run looks at it. */
+ALWAYS_INLINE bool is_settled(const Traversal *w, axes origin, local_axes e, local_axes end)
+{
+    const local_axes zero = local_all(0), before_face = local_all(VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2));
+    axes_mask inside = (axes_mask)(origin >= w->domain_min) & (axes_mask)(origin <= w->domain_max - VOL_BRICK_CELLS);
+    local_mask settled = (local_mask)(e >= zero) & (local_mask)(e <= before_face) & (local_mask)(end >= zero) &
+                         (local_mask)(end <= before_face);
+    return (axes_bits(inside) & local_bits(settled)) == 7;
+}
+
 /* On a stretch of one value it does not matter where. */
 static inline void traversal_begin_run(Traversal *w, const RayPacket *l, unsigned i, double t, real last)
 {
-    int32_t origin[3];
-    real e[3] = {0};
-    brick_origin(w, i, origin);
-    if (!w->uniform[i])
-        place_run(w, l, i, origin, t, last, e);
+    const Walk *walk = &w->walk[i];
+    axes origin = axes_of(w->in.origin[0][i], w->in.origin[1][i], w->in.origin[2][i]);
+    local_axes e = __builtin_convertvector(axes_fma(axes_all(t), walk->d, walk->o - origin), local_axes);
+    local_axes hd = local_of(w->step[0][i], w->step[1][i], w->step[2][i]);
+    if (w->uniform[i]) {
+        e = local_all(0);
+    } else if (__builtin_expect(!is_settled(w, origin, e, local_fma(local_all(last), hd, e)), 0)) {
+        int32_t first[3];
+        real moved[3];
+        brick_origin(w, i, first);
+        place_run(w, l, i, first, t, last, moved);
+        e = local_of(moved[0], moved[1], moved[2]);
+    }
     for (int a = 0; a < 3; a++)
         w->run[a][i] = e[a];
 }

@@ -6,119 +6,124 @@
 #ifndef VOL_TRACE_WALK_H
 #define VOL_TRACE_WALK_H
 
+#include "simd/axes.h"
 #include "trace/brick_finder.h"
 #include "trace/index_ray.h"
 
 typedef struct Walk {
-    BrickFinder finder;
-    IndexRay ray;
+    axes o, d, inv;       /* the ray in index space: see IndexRay */
+    axes at;              /* brick coordinates, whole numbers */
+    axes ahead;           /* t of the plane where the ray leaves brick `at` across each axis; INFINITY: never */
+    axes step;            /* 1, -1, or 0 where the ray runs along the planes */
+    axes leave;           /* the side of a brick that it leaves by: 8 or 0 */
+    axes last_face;       /* t where it leaves the domain, through a face of cells; else NAN */
+    axes_mask through;    /* `t` lies on the entry plane of brick `at` across that axis */
     double t, end;
-    double start;              /* of the ray itself */
-    double ahead[3];           /* t of the plane where the ray leaves brick `at` across each axis; INFINITY: never */
-    double facing[3];          /* a brick's side that the ray enters by: 0 or 8; -1: none */
-    int32_t at[3];             /* brick coordinates */
-    int32_t step[3];           /* 1, -1, or 0 where the ray runs along the planes */
-    unsigned through;          /* bit a: `t` lies on the entry plane of brick `at` across axis a */
-    uint64_t blocks;           /* passed over, invisible, and not yet counted */
+    double start;         /* of the ray itself */
+    uint64_t blocks;      /* passed over, invisible, and not yet counted */
+    IndexRay ray;
+    BrickFinder finder;
 } Walk;
 
 typedef struct BrickSpan {
     double t0, t1;
+    axes origin;          /* first cell */
+    axes e;               /* where asked for: where the ray is at t0, from `origin`, in [0, 8] */
+    axes_mask exit_axes;  /* and the axes across whose planes t1 lies */
     uint32_t brick;
-    int32_t origin[3];  /* first cell */
-    double e[3];        /* where asked for: where the ray is at t0, from `origin`, in [0, 8] */
-    unsigned exit_axes; /* and the axes across whose planes t1 lies: bit a */
-    bool wide;          /* through many bricks of one value; `origin` is the first one's, and no gradient differs from 0 */
+    bool wide;            /* through many bricks of one value; `origin` is the first one's, and no gradient differs from 0 */
 } BrickSpan;
 
-/* Where the ray leaves bricks lo to hi across an axis. */
-static inline double walk_leaves(const Walk *w, int a, int32_t lo, int32_t hi)
+/* Where the ray meets the planes `at`, one across each axis: as plane_time. */
+ALWAYS_INLINE axes plane_times(const Walk *w, axes at) { return (at - w->o) * w->inv; }
+
+/* Where the ray leaves bricks lo to hi across each axis. */
+ALWAYS_INLINE axes walk_leaves(const Walk *w, axes lo, axes hi)
 {
-    if (w->ray.d[a] == 0)
-        return INFINITY;
-    return plane_time(&w->ray, a, (w->ray.d[a] > 0 ? (double)hi + 1 : (double)lo) * VOL_BRICK_CELLS);
+    axes plane = axes_select((axes_mask)(w->d > 0), hi + 1, lo) * VOL_BRICK_CELLS;
+    return axes_select((axes_mask)(w->d == 0), axes_all(INFINITY), plane_times(w, plane));
 }
 
 /* Comes to the brick that holds the ray from t on. */
 static inline void walk_locate(Walk *w)
 {
     const VolEmptySpace *space = w->finder.space;
-    w->through = 0;
-    for (int a = 0; a < 3; a++) {
+    for (int a = 0; a < 3; a++)
         w->at[a] = brick_at_time(&w->ray, a, w->t, space->visible_min[a], space->visible_max[a]);
-        w->ahead[a] = walk_leaves(w, a, w->at[a], w->at[a]);
-        double entry = (double)w->at[a] * VOL_BRICK_CELLS + w->facing[a];
-        if (w->ray.d[a] != 0 && plane_time(&w->ray, a, entry) == w->t)
-            w->through |= 1u << a;
-    }
+    w->ahead = walk_leaves(w, w->at, w->at);
+    axes entry = plane_times(w, w->at * VOL_BRICK_CELLS + (VOL_BRICK_CELLS - w->leave));
+    w->through = (axes_mask)(entry == w->t) & ~(axes_mask)(w->d == 0);
 }
 
 static inline void walk_begin(Walk *w, const VolGrid *grid, const VolEmptySpace *space, const VolRay *world)
 {
+    IndexRay ray = w->ray = index_ray(grid, world);
     finder_begin(&w->finder, grid, space);
-    w->ray = index_ray(grid, world);
     w->t = w->start = world->t0;
     w->end = world->t1;
     w->blocks = 0;
+    w->o = axes_of(ray.o[0], ray.o[1], ray.o[2]);
+    w->d = axes_of(ray.d[0], ray.d[1], ray.d[2]);
+    w->inv = axes_of(ray.inv[0], ray.inv[1], ray.inv[2]);
     for (int a = 0; a < 3; a++) {
-        double d = w->ray.d[a];
-        w->step[a] = (d > 0) - (d < 0);
-        w->facing[a] = d < 0 ? VOL_BRICK_CELLS : d > 0 ? 0 : -1;
+        w->step[a] = (ray.d[a] > 0) - (ray.d[a] < 0);
+        w->leave[a] = ray.d[a] > 0 ? VOL_BRICK_CELLS : 0;
+        w->last_face[a] = last_face_time(grid, &ray, a);
     }
-    cut_to_visible(&w->ray, space, &w->t, &w->end);
+    cut_to_visible(&ray, space, &w->t, &w->end);
     if (w->t < w->end)
         walk_locate(w);
 }
 
-/* Steps to the neighbour through the plane(s) at `t`. */
-static inline void walk_step(Walk *w, double t)
+/* Steps to the neighbour through the plane(s) at `t`.  Without branches: which axis comes next nobody can predict. */
+ALWAYS_INLINE void walk_step(Walk *w, double t)
 {
-    w->through = 0;
-    for (int a = 0; a < 3; a++)
-        if (w->ahead[a] <= t) {
-            w->through |= (unsigned)(w->ahead[a] == t) << a;
-            w->at[a] += w->step[a];
-            w->ahead[a] = plane_time(&w->ray, a, (double)w->at[a] * VOL_BRICK_CELLS + (VOL_BRICK_CELLS - w->facing[a]));
-        }
+    axes_mask crossed = (axes_mask)(w->ahead <= t);
+    w->through = (axes_mask)(w->ahead == t);
+    w->at += (axes)((axes_mask)w->step & crossed);
+    w->ahead = axes_select(crossed, plane_times(w, w->at * VOL_BRICK_CELLS + w->leave), w->ahead);
     w->t = t;
 }
 
-/* Where the ray enters the brick.  On a brick's or the domain's own plane the coordinate is known exactly. */
-static inline void walk_entry(const Walk *w, BrickSpan *span)
+ALWAYS_INLINE axes axes_within_brick(axes e) { return axes_min(axes_max(e, axes_all(0)), axes_all(VOL_BRICK_CELLS)); }
+
+/* A ray that begins on the domain's own plane. */
+static inline void begin_on_faces(const Walk *w, BrickSpan *span)
 {
-    for (int a = 0; a < 3; a++) {
-        double e = within_brick(fma(w->t, w->ray.d[a], w->ray.o[a] - span->origin[a]));
-        span->e[a] = w->through >> a & 1 ? w->facing[a] : e;
-        if (w->t == w->start && !(w->through >> a & 1) && begins_on_face(w->finder.grid, &w->ray, a, w->t))
+    for (int a = 0; a < 3; a++)
+        if (!w->through[a] && begins_on_face(w->finder.grid, &w->ray, a, w->t))
             span->e[a] = within_brick(first_face(w->finder.grid, &w->ray, a) - span->origin[a]);
-    }
+}
+
+/* Where the ray enters the brick.  On a brick's or the domain's own plane the coordinate is known exactly. */
+ALWAYS_INLINE void walk_entry(const Walk *w, BrickSpan *span)
+{
+    axes e = axes_within_brick(axes_fma(axes_all(w->t), w->d, w->o - span->origin));
+    span->e = axes_select(w->through, VOL_BRICK_CELLS - w->leave, e);
+    if (w->t == w->start)
+        begin_on_faces(w, span);
 }
 
 /* `ahead`: where the planes are that the stretch may end at. */
-static inline void walk_span(const Walk *w, uint32_t brick, double exit, const double ahead[3], bool ends, BrickSpan *span)
+ALWAYS_INLINE void walk_span(const Walk *w, uint32_t brick, double exit, axes ahead, bool ends, BrickSpan *span)
 {
     span->t0 = w->t;
     span->t1 = exit;
     span->brick = brick;
-    span->exit_axes = 0;
     span->wide = false;
-    for (int a = 0; a < 3; a++)
-        span->origin[a] = w->at[a] * VOL_BRICK_CELLS;
+    span->origin = w->at * VOL_BRICK_CELLS;
     if (!ends)
         return;
-    for (int a = 0; a < 3; a++)
-        span->exit_axes |= (unsigned)(ahead[a] == exit || last_face_time(w->finder.grid, &w->ray, a) == exit) << a;
+    span->exit_axes = (axes_mask)(ahead == exit) | (axes_mask)(w->last_face == exit);
     walk_entry(w, span);
 }
 
 /* Passes a box of bricks; true: it is a stretch to be seen. */
 static inline bool walk_pass_box(Walk *w, const BrickFound *found, bool ends, BrickSpan *span)
 {
-    double ahead[3], exit = w->end;
-    for (int a = 0; a < 3; a++) {
-        ahead[a] = walk_leaves(w, a, found->box.lo[a], found->box.hi[a]);
-        exit = ahead[a] < exit ? ahead[a] : exit;
-    }
+    const int32_t *lo = found->box.lo, *hi = found->box.hi;
+    axes ahead = walk_leaves(w, axes_of(lo[0], lo[1], lo[2]), axes_of(hi[0], hi[1], hi[2]));
+    double nearest = axes_least(ahead), exit = nearest < w->end ? nearest : w->end;
     bool seen = found->visible && exit > w->t;
     if (seen) {
         walk_span(w, found->brick, exit, ahead, ends, span);
@@ -130,11 +135,9 @@ static inline bool walk_pass_box(Walk *w, const BrickFound *found, bool ends, Br
     return seen;
 }
 
-static inline bool walk_pass_brick(Walk *w, const BrickFound *found, bool ends, BrickSpan *span)
+ALWAYS_INLINE bool walk_pass_brick(Walk *w, const BrickFound *found, bool ends, BrickSpan *span)
 {
-    double exit = w->end;
-    for (int a = 0; a < 3; a++)
-        exit = w->ahead[a] < exit ? w->ahead[a] : exit;
+    double nearest = axes_least(w->ahead), exit = nearest < w->end ? nearest : w->end;
     bool seen = found->visible && exit > w->t;
     if (seen)
         walk_span(w, found->brick, exit, w->ahead, ends, span);
@@ -144,10 +147,13 @@ static inline bool walk_pass_brick(Walk *w, const BrickFound *found, bool ends, 
 
 /* The next visible brick's stretch, of positive length; false at the end of the ray.  `ends`: also where it begins and ends
  * in space. */
-static inline bool walk_next(Walk *w, bool ends, BrickSpan *span)
+ALWAYS_INLINE bool walk_next(Walk *w, bool ends, BrickSpan *span)
 {
     while (w->t < w->end) {
-        BrickFound found = find_brick(&w->finder, w->at);
+        int32_t at[3];
+        for (int a = 0; a < 3; a++)
+            at[a] = (int32_t)w->at[a];
+        BrickFound found = find_brick(&w->finder, at);
         w->blocks += !found.visible;
         if (found.single ? walk_pass_brick(w, &found, ends, span) : walk_pass_box(w, &found, ends, span))
             return true;
