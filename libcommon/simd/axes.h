@@ -1,9 +1,9 @@
 /* The three coordinates of one lane in a register, beside a fourth that means nothing: double for places along rays, `real`
  * for those within a brick.
  *
- * PROVIDES    axes, axes_mask; axes_of(), axes_all(), axes_select(), axes_fma(), axes_min(), axes_max(), axes_bits(),
+ * PROVIDES    axes, axes_mask; axes_of(), axes_all(), axes_select(), axes_fma(), axes_min(), axes_max(),
  *             axes_least(); local_axes, local_mask, local_of(), local_all(), local_select(), local_fma(), local_min(),
- *             local_max(), local_bits() */
+ *             local_max(), local_all_set() */
 #ifndef VOL_SIMD_AXES_H
 #define VOL_SIMD_AXES_H
 
@@ -29,17 +29,12 @@ ALWAYS_INLINE double axes_least(axes a)
 
 #if defined(REALS_AVX2) || defined(REALS_AVX512)
 ALWAYS_INLINE axes axes_fma(axes a, axes b, axes c) { return (axes)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)c); }
-ALWAYS_INLINE unsigned axes_bits(axes_mask mask) { return (unsigned)_mm256_movemask_pd((__m256d)mask) & 7; }
 #else
 ALWAYS_INLINE axes axes_fma(axes a, axes b, axes c)
 {
     for (int i = 0; i < 3; i++)
         c[i] = fma(a[i], b[i], c[i]);
     return c;
-}
-ALWAYS_INLINE unsigned axes_bits(axes_mask mask)
-{
-    return (unsigned)(mask[0] & 1) | (unsigned)(mask[1] & 2) | (unsigned)(mask[2] & 4);
 }
 #endif
 
@@ -49,7 +44,6 @@ ALWAYS_INLINE unsigned axes_bits(axes_mask mask)
 typedef axes local_axes;
 typedef axes_mask local_mask;
 ALWAYS_INLINE local_axes local_fma(local_axes a, local_axes b, local_axes c) { return axes_fma(a, b, c); }
-ALWAYS_INLINE unsigned local_bits(local_mask mask) { return axes_bits(mask); }
 #else
 typedef float local_axes __attribute__((vector_size(4 * sizeof(float))));
 typedef int32_t local_mask __attribute__((vector_size(4 * sizeof(int32_t))));
@@ -58,17 +52,12 @@ ALWAYS_INLINE local_axes local_fma(local_axes a, local_axes b, local_axes c)
 {
     return (local_axes)_mm_fmadd_ps((__m128)a, (__m128)b, (__m128)c);
 }
-ALWAYS_INLINE unsigned local_bits(local_mask mask) { return (unsigned)_mm_movemask_ps((__m128)mask) & 7; }
 #else
 ALWAYS_INLINE local_axes local_fma(local_axes a, local_axes b, local_axes c)
 {
     for (int i = 0; i < 3; i++)
         c[i] = real_fma(a[i], b[i], c[i]);
     return c;
-}
-ALWAYS_INLINE unsigned local_bits(local_mask mask)
-{
-    return (unsigned)(mask[0] & 1) | (unsigned)(mask[1] & 2) | (unsigned)(mask[2] & 4);
 }
 #endif
 #endif
@@ -79,6 +68,8 @@ ALWAYS_INLINE local_axes local_select(local_mask mask, local_axes a, local_axes 
 {
     return (local_axes)(((local_mask)a & mask) | ((local_mask)b & ~mask));
 }
+/* Whether the mask is set for all three. */
+ALWAYS_INLINE bool local_all_set(local_mask mask) { return mask[0] & mask[1] & mask[2]; }
 ALWAYS_INLINE local_axes local_min(local_axes a, local_axes b) { return local_select((local_mask)(a < b), a, b); }
 ALWAYS_INLINE local_axes local_max(local_axes a, local_axes b) { return local_select((local_mask)(a > b), a, b); }
 

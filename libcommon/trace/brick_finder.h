@@ -105,27 +105,31 @@ static inline unsigned find_level(BrickFinder *f, const int32_t at[3], uint32_t 
 /* The brick at a place, and what of the bricks around it is passed together with it. */
 typedef struct BrickFound {
     uint32_t brick;
-    bool visible, single; /* single: `box` is not set, and nothing else is */
+    bool visible, single; /* single: the brick alone, and `box` is not set */
     BrickBox box;
 } BrickFound;
 
-static inline BrickFound find_brick(BrickFinder *f, const int32_t at[3])
+/* Where find_level says VOL_WIDE: rarely asked, and not to be in the way of what is asked often. */
+static __attribute__((noinline)) void find_wide_box(BrickFinder *f, const int32_t at[3], BrickFound *found)
 {
-    BrickFound found = {0};
-    unsigned level = find_level(f, at, &found.brick);
+    find_wide(f, at, &found->brick, &found->box);
+    found->visible = f->space->brick_visible[found->brick];
+    found->single = found->visible && !cut_margin(f, at, found->brick, &found->box);
+}
+
+static inline __attribute__((always_inline)) void find_brick(BrickFinder *f, const int32_t at[3], BrickFound *found)
+{
+    unsigned level = find_level(f, at, &found->brick);
     if (level == VOL_WIDE) {
-        find_wide(f, at, &found.brick, &found.box);
-        found.visible = f->space->brick_visible[found.brick];
-        found.single = found.visible && !cut_margin(f, at, found.brick, &found.box);
-        return found;
+        find_wide_box(f, at, found);
+        return;
     }
-    found.visible = level == VOL_VISIBLE;
-    found.single = found.visible || level == 0;
-    for (int a = 0; a < 3 && !found.single; a++) {
-        found.box.lo[a] = at[a] & -(1 << level);
-        found.box.hi[a] = found.box.lo[a] + ((1 << level) - 1);
+    found->visible = level == VOL_VISIBLE;
+    found->single = found->visible || level == 0;
+    for (int a = 0; a < 3 && !found->single; a++) {
+        found->box.lo[a] = at[a] & -(1 << level);
+        found->box.hi[a] = found->box.lo[a] + ((1 << level) - 1);
     }
-    return found;
 }
 
 #endif

@@ -104,12 +104,12 @@ static ints bits_of_seen(const TfTables *o)
     return ints_all(bits);
 }
 
-ALWAYS_INLINE void add_particles(March *m, unsigned features)
+ALWAYS_INLINE void add_particles(March *m, unsigned features, bool together)
 {
     const TfTables *o = m->s.packet.tables;
     SamplePlaces at;
     ints valid;
-    reals v = samples_value(&m->s, &at, &valid);
+    reals v = samples_value(&m->s, together, &at, &valid);
     ints interval = intervals_of(o, v), seen = valid & m->s.way.shows & seen_intervals(m, o, interval);
     if (!any(seen))
         return;

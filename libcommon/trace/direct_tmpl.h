@@ -68,11 +68,11 @@ ALWAYS_INLINE void enter_together(March *m)
         m->length[i] = (real)(s->t1[i] - step_begin(s, i, s->first[i]));
 }
 
-ALWAYS_INLINE void march_samples(March *m, unsigned features)
+ALWAYS_INLINE void march_samples(March *m, unsigned features, bool together)
 {
     Samples *s = &m->s;
     for (;;) {
-        if (!(features & FEATURES_THAT_WAIT) && s->way.together) {
+        if (together) {
             while (any(s->packet.alive) && !any(s->visiting))
                 enter_together(m);
         } else {
@@ -81,12 +81,12 @@ ALWAYS_INLINE void march_samples(March *m, unsigned features)
         }
         if (!any(s->packet.alive))
             break;
-        int steps = samples_in_step(s);
+        int steps = samples_in_step(s, together);
         for (int k = 0; k < steps; k++) {
             if (features & FEATURES_THAT_WAIT)
                 feed_next(m, features);
             else
-                add_particles(m, features);
+                add_particles(m, features, together);
             s->j += 1;
         }
         ints ended = samples_passed(s, steps);
@@ -96,15 +96,17 @@ ALWAYS_INLINE void march_samples(March *m, unsigned features)
     store_sums(&m->sum, &s->packet);
 }
 
-static void march_particles(void *m) { march_samples(m, 0); }
-static void march_emission(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED); }
-static void march_alone(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA); }
-static void march_surfaces(void *m) { march_samples(m, FEATURE_SURFACE); }
-static void march_shaded_surfaces(void *m) { march_samples(m, FEATURE_SURFACE | FEATURE_SHADED); }
-static void march_shaded_isosurfaces(void *m) { march_samples(m, FEATURE_ISO | FEATURE_SHADED); }
-static void march_unshaded(void *m) { march_samples(m, ALL_FEATURES); }
-static void march_shaded(void *m) { march_samples(m, ALL_FEATURES | FEATURE_SHADED); }
-static void march_classic(void *m) { march_samples(m, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC); }
+static void march_particles_together(void *m) { march_samples(m, 0, true); }
+static void march_emission_together(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED, true); }
+static void march_particles(void *m) { march_samples(m, 0, false); }
+static void march_emission(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED, false); }
+static void march_alone(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA, false); }
+static void march_surfaces(void *m) { march_samples(m, FEATURE_SURFACE, false); }
+static void march_shaded_surfaces(void *m) { march_samples(m, FEATURE_SURFACE | FEATURE_SHADED, false); }
+static void march_shaded_isosurfaces(void *m) { march_samples(m, FEATURE_ISO | FEATURE_SHADED, false); }
+static void march_unshaded(void *m) { march_samples(m, ALL_FEATURES, false); }
+static void march_shaded(void *m) { march_samples(m, ALL_FEATURES | FEATURE_SHADED, false); }
+static void march_classic(void *m) { march_samples(m, ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, false); }
 
 static void trace_direct(const VolTraceCall *call)
 {
@@ -117,14 +119,20 @@ static void trace_direct(const VolTraceCall *call)
                                              {ALL_FEATURES, march_unshaded},
                                              {ALL_FEATURES | FEATURE_SHADED, march_shaded},
                                              {ALL_FEATURES | FEATURE_SHADED | FEATURE_CLASSIC, march_classic}};
+    /* The first of them once more, for rays that are near one another: lanes wait, and a brick is entered once for all.
+     * Where samples cost more, as where an interval has to be searched among many, waiting costs more than that saves. */
+    static const FeaturesKernel together[] = {{0, march_particles_together},
+                                              {FEATURE_EMIT | FEATURE_COLOURED, march_emission_together}};
     const FeaturesKernel *kernel = kernel_for(call, kernels, sizeof kernels / sizeof *kernels);
+    size_t number = (size_t)(kernel - kernels);
+    bool may_wait = number < sizeof together / sizeof *together && PREPARED_TABLES(call->prepared)->knot_count <= FEW_KNOTS;
     for (size_t i = 0; i < call->count; i += LANES) {
         March m;
-        memset(&m, 0, sizeof m);
-        samples_begin(&m.s, call, i, 0.5, !(kernel->features & FEATURES_THAT_WAIT));
+        CLEAR_FROM(&m, length);
+        samples_begin(&m.s, call, i, 0.5, may_wait);
         for (int c = 0; c < 3; c++)
             m.transmittance[c] = reals_all(1);
         m.intervals_seen = bits_of_seen(m.s.packet.tables);
-        kernel->trace(&m);
+        (m.s.way.together ? &together[number] : kernel)->trace(&m);
     }
 }

@@ -240,7 +240,7 @@ ALWAYS_INLINE void feed_next(March *m, unsigned features)
     const TfTables *o = s->packet.tables;
     SamplePlaces at;
     Fed next;
-    next.v = samples_value(s, &at, &next.valid);
+    next.v = samples_value(s, false, &at, &next.valid);
     next.own = s->way.shows;
     next.interval = intervals_of(o, next.v);
     next.before = m->before;

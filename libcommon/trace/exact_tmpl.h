@@ -441,7 +441,7 @@ static void trace_classic(void *k) { trace_lanes(k, ALL_FEATURES | FEATURE_SHADE
 
 static void exact_begin(Exact *k, const VolTraceCall *call, size_t first)
 {
-    memset(k, 0, sizeof *k);
+    CLEAR_FROM(k, sum);
     packet_begin(&k->packet, call, first);
     traversal_begin(&k->way, &k->packet, false);
 }

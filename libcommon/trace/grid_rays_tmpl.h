@@ -8,7 +8,6 @@
 #include "trace/bricks_tmpl.h"
 #include "trace/packet_tmpl.h"
 #include "trace/packet_walk_tmpl.h"
-#include "trace/walk.h"
 
 typedef struct Traversal {
     Walk walk[LANES];             /* of rays on their own way */
@@ -57,16 +56,12 @@ static inline void brick_origin(const Traversal *w, unsigned i, int32_t origin[3
 
 static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wait)
 {
-    memset(w, 0, sizeof *w);
+    CLEAR_FROM(w, together);
     for (int a = 0; a < 3; a++) {
         w->domain_min[a] = l->scene->grid->domain_min[a];
         w->domain_max[a] = l->scene->grid->domain_max[a];
         w->cell_min[a] = l->scene->grid->cell_min[a];
         w->cell_max[a] = l->scene->grid->cell_max[a];
-    }
-    if (may_wait) {
-        packet_walk_begin(&w->packet, l->scene->grid, &l->prepared->space, l->rays, l->count);
-        w->together = rays_are_close(&w->packet);
     }
     for (size_t i = 0; i < LANES; i++) {
         Walk *walk = &w->walk[i];
@@ -77,6 +72,10 @@ static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wa
             w->d[a][i] = (real)walk->d[a];
             w->inv[a][i] = walk->d[a] == 0 ? 0 : 1 / (real)walk->d[a];
         }
+    }
+    if (may_wait) {
+        packet_walk_begin(&w->packet, w->walk, l->count);
+        w->together = rays_are_close(&w->packet);
     }
     for (int a = 0; a < 3; a++) {
         ints up = (ints)(w->d[a] > 0);
@@ -164,9 +163,9 @@ ALWAYS_INLINE void settle_in(Traversal *w, RayPacket *l, const Visit *visit)
 
 /* Takes those of `mask` that come to it first into the next visible brick; false, and none of them is alive any more: there
  * is none.  Nor are those that are given up. */
-ALWAYS_INLINE bool visit_brick(Traversal *w, RayPacket *l, ints mask, bool ends, Visit *visit)
+ALWAYS_INLINE bool visit_brick(Traversal *w, RayPacket *l, ints mask, Visit *visit)
 {
-    bool found = packet_walk_next(&w->packet, mask, ends, visit, &w->in);
+    bool found = packet_walk_next(&w->packet, mask, visit, &w->in);
     l->scratch->skipped.blocks += w->packet.blocks;
     w->packet.blocks = 0;
     if (!found)
@@ -181,7 +180,7 @@ ALWAYS_INLINE bool visit_brick(Traversal *w, RayPacket *l, ints mask, bool ends,
 static inline void traversal_visit_samples(Traversal *w, RayPacket *l, ints mask)
 {
     Visit visit;
-    while (any(mask) && visit_brick(w, l, mask, false, &visit))
+    while (any(mask) && visit_brick(w, l, mask, &visit))
         mask &= ~visit.lanes;
 }
 

@@ -72,14 +72,14 @@ static inline void place_run(const Traversal *w, const RayPacket *l, unsigned i,
     }
 }
 
-/* Whether x and x + last hd lie in the brick that begins at `origin`, and that in the domain: as settle_run looks at it. */
+/* Whether e and `end` lie in the brick that begins at `origin`, and in the domain: as settle_run looks at it. */
 ALWAYS_INLINE bool is_settled(const Traversal *w, axes origin, local_axes e, local_axes end)
 {
-    const local_axes zero = local_all(0), before_face = local_all(VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2));
-    axes_mask inside = (axes_mask)(origin >= w->domain_min) & (axes_mask)(origin <= w->domain_max - VOL_BRICK_CELLS);
-    local_mask settled = (local_mask)(e >= zero) & (local_mask)(e <= before_face) & (local_mask)(end >= zero) &
-                         (local_mask)(end <= before_face);
-    return (axes_bits(inside) & local_bits(settled)) == 7;
+    local_axes lo = local_max(__builtin_convertvector(w->domain_min - origin, local_axes), local_all(0));
+    local_axes hi = __builtin_convertvector(w->domain_max - origin, local_axes);
+    local_axes top = local_min((local_axes)((local_mask)hi - 1), local_all(VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2)));
+    local_axes least = local_min(e, end), most = local_max(e, end);
+    return local_all_set((local_mask)(hi > lo) & (local_mask)(least >= lo) & (local_mask)(most <= top));
 }
 
 /* On a stretch of one value it does not matter where. */
@@ -102,27 +102,23 @@ static inline void traversal_begin_run(Traversal *w, const RayPacket *l, unsigne
         w->run[a][i] = e[a];
 }
 
-/* Whether a brick that begins at `first` along axis a lies within the domain there. */
-ALWAYS_INLINE wide_mask is_inside(const VolGrid *grid, int a, wide first)
-{
-    return (wide_mask)(first >= grid->domain_min[a]) & (wide_mask)(first <= grid->domain_max[a] - VOL_BRICK_CELLS);
-}
-
 /* As traversal_begin_run, for the lanes of `mask`. */
 ALWAYS_INLINE void traversal_begin_runs(Traversal *w, const RayPacket *l, ints mask, const double t[LANES], reals last)
 {
-    const reals zero = reals_all(0), before_face = reals_all(VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2));
+    const VolGrid *grid = l->scene->grid;
     ints settled = ints_all(-1);
     for (int a = 0; a < 3; a++) {
-        wide from[PARTS];
-        wide_mask inside[PARTS];
+        wide from[PARTS], first[PARTS], past[PARTS];
         for (int n = 0; n < PARTS; n++) {
             wide origin = get_part(w->in.origin[a], n);
             from[n] = wide_fma(get_part(t, n), get_part(w->packet.d[a], n), get_part(w->packet.o[a], n) - origin);
-            inside[n] = is_inside(l->scene->grid, a, origin);
+            first[n] = grid->domain_min[a] - origin;
+            past[n] = grid->domain_max[a] - origin;
         }
+        reals lo = reals_max(reals_joined(first), reals_all(0)), hi = reals_joined(past);
+        reals top = reals_min((reals)((ints)hi - 1), reals_all(VOL_BRICK_CELLS * (1 - REAL_EPSILON / 2)));
         reals e = reals_where(~w->uniform, reals_joined(from)), end = reals_fma(last, w->step[a], e);
-        settled &= masks_joined(inside) & (ints)(reals_min(e, end) >= zero) & (ints)(reals_max(e, end) <= before_face);
+        settled &= (ints)(hi > lo) & (ints)(reals_min(e, end) >= lo) & (ints)(reals_max(e, end) <= top);
         w->run[a] = reals_select(mask, e, w->run[a]);
     }
     ints unsettled = mask & ~settled & ~w->uniform;

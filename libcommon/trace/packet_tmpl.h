@@ -2,15 +2,21 @@
  * depend on which rays travel together.
  *
  * PARAMETERS  VOL_DOUBLE: in double, else in float
- * PROVIDES    RayPacket, packet_begin() */
+ * PROVIDES    RayPacket, packet_begin(), CLEAR_FROM() */
 #ifndef VOL_TRACE_PACKET_TMPL_H
 #define VOL_TRACE_PACKET_TMPL_H
 
 #include <math.h>
+#include <stddef.h>
+#include <string.h>
 
 #include "simd/reals.h"
 #include "trace/tf_tables_tmpl.h"
 #include "trace/trace.h"
+
+/* Zero from a member on: what stands before it is large, and begins by itself. */
+#define CLEAR_FROM(p, member)                                                                                              \
+    memset((char *)(p) + offsetof(__typeof__(*(p)), member), 0, sizeof *(p) - offsetof(__typeof__(*(p)), member))
 
 typedef struct RayPacket {
     const VolScene *scene;

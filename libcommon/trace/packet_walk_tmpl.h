@@ -6,8 +6,7 @@
  * that brick has less behind it now, and there is none: no brick is visited twice.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    PacketWalk, Visit, Stretches, packet_walk_begin(),
- *             rays_are_close(), packet_walk_next() */
+ * PROVIDES    PacketWalk, Visit, Stretches, packet_walk_begin(), rays_are_close(), packet_walk_next() */
 #ifndef VOL_TRACE_PACKET_WALK_TMPL_H
 #define VOL_TRACE_PACKET_WALK_TMPL_H
 
@@ -16,13 +15,12 @@
 #include "simd/wide.h"
 #include "trace/brick_finder.h"
 #include "trace/index_ray.h"
+#include "trace/walk.h"
 
-/* The stretches that lanes are in, and where asked for their ends in space. */
+/* The stretches that lanes are in. */
 typedef struct Stretches {
     double begin[LANES], past[LANES];
-    double origin[3][LANES];       /* the brick's first cell; of many the first that is entered */
-    double entry[3][LANES];        /* at `begin`, from the brick's first voxel, in [0, 8] */
-    wide_mask exit_axes[3][PARTS]; /* `past` lies on a plane across that axis */
+    double origin[3][LANES];     /* the brick's first cell; of many the first that is entered */
 } Stretches;
 
 typedef struct PacketWalk {
@@ -31,13 +29,9 @@ typedef struct PacketWalk {
     double step[3][LANES];       /* 1, -1, or 0 where the ray runs along the planes */
     double leave[3][LANES];      /* the side of a brick that it leaves by: 8 or 0 */
     double t[LANES], end[LANES]; /* it has come to t */
-    double start[LANES];         /* the ray's own */
     double at[3][LANES];         /* brick coordinates, whole numbers */
     double ahead[3][LANES];      /* t of the plane where it leaves that brick across each axis; INFINITY: never */
     double order[LANES];
-    wide_mask through[3][PARTS]; /* t lies on the brick's entry plane across that axis */
-    double last_face[3][LANES];  /* t where it leaves the domain, through a face of cells; else NAN */
-
     uint64_t blocks;             /* passed over, invisible, lane by lane, and not yet counted */
 } PacketWalk;
 
@@ -70,43 +64,33 @@ static inline void come_to_time(PacketWalk *w, unsigned i)
     w->order[i] = 0;
     for (int a = 0; a < 3; a++) {
         double at = brick_at_time(&ray, a, t, w->finder.space->visible_min[a], w->finder.space->visible_max[a]);
-        double leave = w->leave[a][i], first = at * VOL_BRICK_CELLS;
-        bool through = ray.d[a] != 0 && plane_time(&ray, a, first + VOL_BRICK_CELLS - leave) == t;
         w->at[a][i] = at;
-        w->ahead[a][i] = ray.d[a] == 0 ? INFINITY : plane_time(&ray, a, first + leave);
+        w->ahead[a][i] = ray.d[a] == 0 ? INFINITY : plane_time(&ray, a, at * VOL_BRICK_CELLS + w->leave[a][i]);
         w->order[i] += w->step[a][i] * at;
-        w->through[a][i / PART][i % PART] = through ? -1 : 0;
     }
 }
 
-static inline void begin_lane(PacketWalk *w, unsigned i, const VolRay *world)
+/* The rays begin as each does on its own way.  Lanes beyond `count` have ended. */
+static inline void packet_walk_begin(PacketWalk *w, const Walk walk[LANES], size_t count)
 {
-    IndexRay ray = index_ray(w->finder.grid, world);
-    for (int a = 0; a < 3; a++) {
-        w->o[a][i] = ray.o[a];
-        w->d[a][i] = ray.d[a];
-        w->inv[a][i] = ray.inv[a];
-        w->step[a][i] = (ray.d[a] > 0) - (ray.d[a] < 0);
-        w->leave[a][i] = ray.d[a] > 0 ? VOL_BRICK_CELLS : 0;
-        w->last_face[a][i] = last_face_time(w->finder.grid, &ray, a);
-    }
-    w->t[i] = w->start[i] = world->t0;
-    w->end[i] = world->t1;
-    cut_to_visible(&ray, w->finder.space, &w->t[i], &w->end[i]);
-    if (w->t[i] < w->end[i])
-        come_to_time(w, i);
-}
-
-/* Lanes beyond `count` have ended. */
-static inline void packet_walk_begin(PacketWalk *w, const VolGrid *grid, const VolEmptySpace *space, const VolRay *rays,
-                                     size_t count)
-{
-    finder_begin(&w->finder, grid, space);
+    finder_begin(&w->finder, walk[0].finder.grid, walk[0].finder.space);
     w->blocks = 0;
     for (unsigned i = 0; i < LANES; i++) {
-        begin_lane(w, i, &rays[i < count ? i : 0]);
-        if (i >= count)
-            w->end[i] = -INFINITY;
+        const Walk *from = &walk[i];
+        w->t[i] = from->t;
+        w->end[i] = i < count ? from->end : -INFINITY;
+        bool goes = w->t[i] < w->end[i];
+        w->order[i] = 0;
+        for (int a = 0; a < 3; a++) {
+            w->o[a][i] = from->o[a];
+            w->d[a][i] = from->d[a];
+            w->inv[a][i] = from->inv[a];
+            w->step[a][i] = from->step[a];
+            w->leave[a][i] = from->leave[a];
+            w->at[a][i] = goes ? from->at[a] : 0;
+            w->ahead[a][i] = goes ? from->ahead[a] : INFINITY;
+            w->order[i] += w->step[a][i] * w->at[a][i];
+        }
     }
 }
 
@@ -174,40 +158,12 @@ ALWAYS_INLINE void step_part(PacketWalk *w, int n, wide_mask mask, wide t)
         wide_mask crossed = mask & (wide_mask)(ahead <= t);
         wide at = get_part(w->at[a], n) + (wide)((wide_mask)get_part(w->step[a], n) & crossed);
         wide next = (at * VOL_BRICK_CELLS + get_part(w->leave[a], n) - get_part(w->o[a], n)) * get_part(w->inv[a], n);
-        w->through[a][n] = (crossed & (wide_mask)(ahead == t)) | (w->through[a][n] & ~mask);
         order += (wide)((wide_mask)wide_all(1) & crossed);
         put_part(w->at[a], n, crossed, at);
         put_part(w->ahead[a], n, crossed, next);
     }
     put_part(w->order, n, mask, order);
     put_part(w->t, n, mask, t);
-}
-
-/* A ray that begins on the domain's own plane. */
-static inline void begin_on_face(const PacketWalk *w, const Visit *v, unsigned i, Stretches *out)
-{
-    IndexRay ray = lane_ray(w, i);
-    for (int a = 0; a < 3; a++)
-        if (!w->through[a][i / PART][i % PART] && begins_on_face(w->finder.grid, &ray, a, w->t[i]))
-            out->entry[a][i] = within_brick(first_face(w->finder.grid, &ray, a) - (double)v->at[a] * VOL_BRICK_CELLS);
-}
-
-/* Where the lanes of `mask` enter the brick, and whether they leave it through planes.  On a brick's or the domain's own
- * plane the coordinate is known exactly. */
-ALWAYS_INLINE void note_ends(const PacketWalk *w, const Visit *v, int n, wide_mask mask, wide exit, const wide ahead[3],
-                             Stretches *out)
-{
-    wide t = get_part(w->t, n), side = wide_all(VOL_BRICK_CELLS);
-    for (int a = 0; a < 3; a++) {
-        wide e = wide_fma(t, get_part(w->d[a], n), get_part(w->o[a], n) - (double)v->at[a] * VOL_BRICK_CELLS);
-        e = wide_min(wide_max(e, wide_all(0)), side);
-        e = wide_select(w->through[a][n], side - get_part(w->leave[a], n), e);
-        put_part(out->entry[a], n, mask, e);
-        wide_mask leaves = (wide_mask)(ahead[a] == exit) | (wide_mask)(get_part(w->last_face[a], n) == exit);
-        out->exit_axes[a][n] = (leaves & mask) | (out->exit_axes[a][n] & ~mask);
-    }
-    FOR_LANES(i, wide_bits(mask & (wide_mask)(t == get_part(w->start, n))))
-        begin_on_face(w, v, PART * (unsigned)n + i, out);
 }
 
 /* Where lanes leave a box of bricks. */
@@ -220,26 +176,22 @@ ALWAYS_INLINE wide box_plane(const PacketWalk *w, int a, int n, const BrickBox *
 }
 
 /* The lanes that have come to `v` pass it; those left in it, where it is visible, have a stretch of positive length. */
-ALWAYS_INLINE void pass(PacketWalk *w, Visit *v, const BrickFound *at, bool ends, Stretches *out)
+ALWAYS_INLINE void pass(PacketWalk *w, Visit *v, const BrickFound *at, Stretches *out)
 {
     wide_mask all_found[PARTS] = {{0}};
     for (int n = 0; n < PARTS; n++) {
         wide_mask mask = mask_part(v->lanes, n);
         if (PARTS > 1 && !wide_bits(mask))
             continue;
-        wide t = get_part(w->t, n), exit = get_part(w->end, n), ahead[3];
-        for (int a = 0; a < 3; a++) {
-            ahead[a] = at->single ? get_part(w->ahead[a], n) : box_plane(w, a, n, &at->box);
-            exit = wide_min(ahead[a], exit);
-        }
+        wide t = get_part(w->t, n), exit = get_part(w->end, n);
+        for (int a = 0; a < 3; a++)
+            exit = wide_min(at->single ? get_part(w->ahead[a], n) : box_plane(w, a, n, &at->box), exit);
         wide_mask found = all_found[n] = at->visible ? mask & (wide_mask)(exit > t) : (wide_mask){0};
         if (at->visible) {
             put_part(out->begin, n, found, t);
             put_part(out->past, n, found, exit);
             for (int a = 0; a < 3; a++)
                 put_part(out->origin[a], n, found, wide_all((double)v->at[a] * VOL_BRICK_CELLS));
-            if (ends)
-                note_ends(w, v, n, found, exit, ahead, out);
         }
         if (at->single) {
             step_part(w, n, mask, wide_max(exit, t));
@@ -253,16 +205,17 @@ ALWAYS_INLINE void pass(PacketWalk *w, Visit *v, const BrickFound *at, bool ends
 }
 
 /* The next visible brick, and those of `mask` that have a stretch in it, of positive length; others have not come to it yet.
- * false: all of `mask` have come to their ends.  `ends`: also where stretches begin and end in space. */
-ALWAYS_INLINE bool packet_walk_next(PacketWalk *w, ints mask, bool ends, Visit *visit, Stretches *out)
+ * false: all of `mask` have come to their ends. */
+ALWAYS_INLINE bool packet_walk_next(PacketWalk *w, ints mask, Visit *visit, Stretches *out)
 {
     while (join(w, mask, visit)) {
-        BrickFound found = find_brick(&w->finder, visit->at);
+        BrickFound found;
+        find_brick(&w->finder, visit->at, &found);
         visit->brick = found.brick;
         visit->wide = found.visible && !found.single;
         if (!found.visible)
             w->blocks += (unsigned)__builtin_popcount(mask_bits(visit->lanes));
-        pass(w, visit, &found, ends, out);
+        pass(w, visit, &found, out);
         if (any(visit->lanes))
             return true;
     }

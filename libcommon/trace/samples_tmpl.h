@@ -17,14 +17,20 @@
  *             samples_enter(&s, i);                  // first sample: s.first[i], number: s.left[i] (0: none there)
  *         if (!any(s.packet.alive))
  *             break;
- *         int steps = samples_in_step(&s);           // that all visiting lanes have left
+ *         int steps = samples_in_step(&s, together); // that all visiting lanes have left
  *         for (int k = 0; k < steps; k++) {
- *             reals v = samples_value(&s, &at, &valid);  // all lanes; only those of s.visiting mean something
+ *             reals v = samples_value(&s, together, &at, &valid); // all lanes; only those of s.visiting mean something
  *             ...                                    // samples_gradients(&s, &at, mask, gradient) where needed
  *             s.j += 1;
  *         }
  *         samples_passed(&s, steps);                 // lanes with none left are visiting no more
  *     }
+ *
+ * Where rays go `together`, those with no samples left wait until all have none, and then
+ *
+ *     samples_visit(&s, s.packet.alive);
+ *
+ * takes them on in place of samples_enter; s.active says which are at a sample of theirs.
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
  * PROVIDES    Samples and the functions above; Sample, sample_at(), place_of_sample(), place_of_time(), gradient_at();
@@ -53,7 +59,8 @@ typedef struct Samples {
 
     /* The run of samples that a lane is in. */
     ints visiting, active;       /* active: sample j is in it, too */
-    double first[LANES];         /* number of its first sample */
+    double first[LANES];         /* number of its first sample, */
+    double next[LANES];          /* and of the first behind it */
     reals count;
     double stands_for[LANES];    /* so many samples each of them is: more than 1 on uniform stretches, */
     bool equals;                 /* where some lane is on one: `stands_for` is to be looked at */
@@ -107,7 +114,7 @@ static inline double sample_behind(const Samples *s, unsigned i, double t)
 
 static inline void samples_begin(Samples *s, const VolTraceCall *call, size_t first, double shift, bool may_wait)
 {
-    memset(s, 0, sizeof *s);
+    CLEAR_FROM(s, h);
     packet_begin(&s->packet, call, first);
     traversal_begin(&s->way, &s->packet, may_wait);
     s->h = call->prepared->scene->step;
@@ -161,20 +168,31 @@ static inline double equals_of_sample(const Samples *s, unsigned i, double n)
     return n > s->stretch_first[i] && n < last ? last - n : 1;
 }
 
-static inline void start_run(Samples *s, unsigned i, double n)
+/* The run whose first sample is n. */
+ALWAYS_INLINE void start_run(Samples *s, unsigned i, double n)
 {
     bool uniform = stretch_is_uniform(&s->way)[i];
-    Run run = uniform ? (Run){n, 1} : run_of_sample(s, i, s->stretch_first[i], s->stretch_past[i], n);
+    double past = s->stretch_past[i], last = s->last[i], count = (past < last ? past : last) - n;
     double stands_for = uniform ? equals_of_sample(s, i, n) : 1;
-    traversal_begin_run(&s->way, &s->packet, i, sample_time(s, i, run.first), (real)(run.count - 1));
+    count = uniform || n >= last ? 1 : count > RUN_MOST ? RUN_MOST : count;
+    traversal_begin_run(&s->way, &s->packet, i, sample_time(s, i, n), (real)(count - 1));
     s->stands_for[i] = stands_for;
     s->equals = s->equals || stands_for > 1;
-    s->first[i] = run.first;
-    s->left[i] = (lane_int)run.count;
+    s->first[i] = n;
+    s->next[i] = n + count * stands_for;
+    s->left[i] = (lane_int)count;
     s->j[i] = 0;
     s->visiting[i] = -1;
-    s->end_first[i] = s->packet.tables->jumps && !uniform && is_end(s, i, run.first) ? -1 : 0;
-    s->packet.scratch->skipped.cells_met += (uint64_t)(run.count * stands_for);
+    s->end_first[i] = s->packet.tables->jumps && !uniform && is_end(s, i, n) ? -1 : 0;
+    s->packet.scratch->skipped.cells_met += (uint64_t)(count * stands_for);
+}
+
+/* Lane i has come to its next stretch with something in it; `before`: where the last one ended. */
+ALWAYS_INLINE void number_stretch(Samples *s, unsigned i, double before)
+{
+    double begin = stretch_begin(&s->way)[i];
+    s->stretch_first[i] = begin == before ? s->stretch_past[i] : first_sample(s, i, begin);
+    s->stretch_past[i] = sample_behind(s, i, stretch_end(&s->way)[i]);
 }
 
 /* Takes lane i to its next run of samples, in the stretch that it is in or the next one with something in it.  left[i] = 0:
@@ -182,20 +200,20 @@ static inline void start_run(Samples *s, unsigned i, double n)
 static inline bool samples_enter(Samples *s, unsigned i)
 {
     Traversal *w = &s->way;
-    double next = s->first[i] + (double)s->left[i];
-    if (w->in_stretch[i] && next < s->stretch_past[i]) {
-        start_run(s, i, next);
-        return true;
+    double next = s->next[i];
+    if (!w->in_stretch[i] || !(next < s->stretch_past[i])) {
+        double before = w->in_stretch[i] ? stretch_end(w)[i] : -INFINITY;
+        if (!traversal_enter_samples(w, &s->packet, i))
+            return false;
+        number_stretch(s, i, before);
+        next = s->stretch_first[i];
     }
-    double end = w->in_stretch[i] ? stretch_end(w)[i] : -INFINITY;
-    if (!traversal_enter_samples(w, &s->packet, i))
-        return false;
-    s->stretch_first[i] = stretch_begin(w)[i] == end ? s->stretch_past[i] : first_sample(s, i, stretch_begin(w)[i]);
-    s->stretch_past[i] = sample_behind(s, i, stretch_end(w)[i]);
-    s->first[i] = s->stretch_first[i];
-    s->left[i] = 0;
-    if (s->stretch_first[i] < s->stretch_past[i])
-        start_run(s, i, s->stretch_first[i]);
+    if (next < s->stretch_past[i]) {
+        start_run(s, i, next);
+    } else {
+        s->first[i] = s->next[i] = next;
+        s->left[i] = 0;
+    }
     return true;
 }
 
@@ -211,7 +229,7 @@ ALWAYS_INLINE wide run_lengths(const Samples *s, int n, wide first, wide_mask un
     return wide_select(uniform | (wide_mask)(first >= last), one, count);
 }
 
-/* The lanes of `mask` begin the runs whose first samples are `first`. */
+/* The lanes of `mask` begin the runs whose first samples are `next`. */
 ALWAYS_INLINE void start_runs(Samples *s, ints mask)
 {
     double t[LANES];
@@ -219,12 +237,15 @@ ALWAYS_INLINE void start_runs(Samples *s, ints mask)
     wide counts[PARTS], met = wide_all(0);
     for (int n = 0; n < PARTS; n++) {
         wide_mask part = mask_part(mask, n);
-        wide first = get_part(s->first, n), stands_for;
+        wide first = get_part(s->next, n), stands_for;
         wide time = wide_fma(first + s->shift, wide_all(s->h), get_part(s->t0, n));
         time = wide_select((wide_mask)(first >= get_part(s->last, n)), get_part(s->last_t, n), time);
         set_part(t, n, time);
         counts[n] = run_lengths(s, n, first, mask_part(uniform, n), &stands_for);
-        met += wide_where(part, counts[n] * stands_for);
+        wide many = counts[n] * stands_for;
+        met += wide_where(part, many);
+        put_part(s->first, n, part, first);
+        put_part(s->next, n, part, first + many);
         put_part(s->stands_for, n, part, stands_for);
         s->equals = s->equals || wide_bits(part & (wide_mask)(stands_for > 1));
     }
@@ -269,6 +290,7 @@ ALWAYS_INLINE void number_samples(Samples *s, ints mask, ints were_in_one, const
         put_part(s->stretch_first, n, part, first);
         put_part(s->stretch_past, n, part, past);
         put_part(s->first, n, part, first);
+        put_part(s->next, n, part, first);
         some[n] = part & (wide_mask)(first < past);
     }
     ints starting = masks_joined(some);
@@ -286,7 +308,7 @@ ALWAYS_INLINE void samples_visit(Samples *s, ints mask)
     ints were_in_one = w->in_stretch;
     wide_mask has_more[PARTS];
     for (int n = 0; n < PARTS; n++)
-        has_more[n] = (wide_mask)(get_part(s->first, n) < get_part(s->stretch_past, n));
+        has_more[n] = (wide_mask)(get_part(s->next, n) < get_part(s->stretch_past, n));
     ints more = mask & were_in_one & masks_joined(has_more), rest = mask & ~more;
     if (any(more))
         start_runs(s, more);
@@ -311,7 +333,7 @@ static ints samples_beside(const Samples *s, ints mask)
 
 /* How many samples to take before asking anew: as many as every visiting lane has left, or where lanes wait for one another
  * any of them. */
-ALWAYS_INLINE int samples_in_step(const Samples *s)
+ALWAYS_INLINE int samples_in_step(const Samples *s, bool together)
 {
     ints left = s->left | ~s->visiting; /* of the others: -1 */
     uint32_t least = UINT32_MAX;
@@ -320,7 +342,7 @@ ALWAYS_INLINE int samples_in_step(const Samples *s)
         least = (uint32_t)left[i] < least ? (uint32_t)left[i] : least;
         most = (int32_t)left[i] > most ? (int32_t)left[i] : most;
     }
-    return s->way.together ? most : least == UINT32_MAX ? 0 : (int)least;
+    return together ? most : least == UINT32_MAX ? 0 : (int)least;
 }
 
 /* After `steps` samples: the lanes that have none left. */
@@ -330,8 +352,6 @@ ALWAYS_INLINE ints samples_passed(Samples *s, int steps)
     ints ended = s->visiting & (ints)(s->left <= 0);
     s->left &= ~ended;
     s->visiting &= ~ended;
-    FOR_LANES(i, mask_bits(ended))
-        s->first[i] += (s->way.together ? (double)s->count[i] : (double)s->j[i]) * s->stands_for[i];
     s->equals = false; /* such a run is of one sample */
     return ended;
 }
@@ -389,9 +409,9 @@ MAYBE_UNUSED static void judge_ends_of_rays(const Samples *s, ints mask, reals *
 }
 
 /* The field at each active lane's sample j.  `valid`: active, and there is one. */
-ALWAYS_INLINE reals samples_value(Samples *s, SamplePlaces *at, ints *valid)
+ALWAYS_INLINE reals samples_value(Samples *s, bool together, SamplePlaces *at, ints *valid)
 {
-    s->active = s->way.together ? s->visiting & (ints)(s->j < s->count) : s->visiting;
+    s->active = together ? s->visiting & (ints)(s->j < s->count) : s->visiting;
     reals v = traversal_samples(&s->way, &s->packet, s->j, s->active, s->packet.tables->jumps, at, valid);
     ints ends = s->end_first & s->active & (ints)(s->j == 0);
     if (__builtin_expect(any(ends), 0))

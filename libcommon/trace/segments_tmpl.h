@@ -109,7 +109,7 @@ static void enter_run(Segments *k, unsigned i)
 {
     Samples *s = &k->samples;
     bool begun = s->way.in_stretch[i];
-    double done = begun ? s->first[i] - 1 : -1;
+    double done = begun ? s->next[i] - 1 : -1;
     bool entered = samples_enter(s, i), follows = entered && begun && s->first[i] - 1 == done;
     if (begun && !follows && done >= 0 && done < s->last[i]) {
         Sample tail = sample_number(s, i, done + 1);
@@ -173,14 +173,15 @@ static void enter_runs(Segments *k, bool full, unsigned features)
         }
         start_fronts(k, table, features);
         FOR_LANES(i, wanted & mask_bits(s->visiting))
-            set_length(k, i, s->first[i]);
+            if (!k->own[i] || s->first[i] >= s->last[i])
+                set_length(k, i, s->first[i]);
     }
 }
 
 static void segments_begin(Segments *k, const VolTraceCall *call, size_t first)
 {
     const VolScene *scene = call->prepared->scene;
-    memset(k, 0, sizeof *k);
+    CLEAR_FROM(k, ends);
     samples_begin(&k->samples, call, first, 0, false);
     k->front = &k->ends[0];
     k->back = &k->ends[1];
@@ -199,10 +200,10 @@ ALWAYS_INLINE void march_segments(Segments *k, bool full, unsigned features)
         enter_runs(k, full, features);
         if (!any(s->packet.alive))
             break;
-        int steps = samples_in_step(s);
+        int steps = samples_in_step(s, false);
         for (int n = 0; n < steps; n++) {
             SegmentEnd *end = k->back;
-            reals v = samples_value(s, &end->place, &end->valid);
+            reals v = samples_value(s, false, &end->place, &end->valid);
             find_end(o, v, table, features, &end->field);
             if (features & FEATURES_OF_PLACES)
                 number_back(k, s->visiting);

@@ -153,7 +153,8 @@ ALWAYS_INLINE bool walk_next(Walk *w, bool ends, BrickSpan *span)
         int32_t at[3];
         for (int a = 0; a < 3; a++)
             at[a] = (int32_t)w->at[a];
-        BrickFound found = find_brick(&w->finder, at);
+        BrickFound found;
+        find_brick(&w->finder, at, &found);
         w->blocks += !found.visible;
         if (found.single ? walk_pass_brick(w, &found, ends, span) : walk_pass_box(w, &found, ends, span))
             return true;
