@@ -10,7 +10,7 @@
 #include "cmd/shell/stamp.h"
 #include "inspect/tf_plot.h"
 #include "load/appearance.h"
-#include "load/volume.h"
+#include "load/grids.h"
 #include "tf/write.h"
 
 typedef struct Options {
@@ -38,7 +38,7 @@ static const VolOpt table[] = {
 typedef struct Job {
     const Run *run;
     char *json;            /* the transfer function's text */
-    VolGrid *grid;         /* of --volume */
+    VolVolume volume;      /* of --volume, or none */
     VolInspection inspection;
     const VolSeries *data; /* its histogram */
     VolTables *tables;
@@ -133,7 +133,7 @@ static VolStatus load_volume(Job *job, VolError *err)
     if (!status)
         status = inspect_volume(job, vdb, size, err);
     if (!status) /* the last: it consumes the file */
-        status = vol_load_volume(vdb, options.grid, false, job->run->threads, &job->run->log, &job->grid, err);
+        status = vol_load_volume(vdb, options.grid, false, job->run->threads, &job->run->log, &job->volume, err);
     vol_vdb_close(vdb);
     return status ? vol_fail_within(err, status, "--volume '%s'", name) : VOL_OK;
 }
@@ -154,10 +154,10 @@ static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, VolTfUn
         job->json = vol_format_text("%.*s", (int)bytes->size, (const char *)bytes->data);
         return job->json ? VOL_OK : vol_fail_memory(err, bytes->size);
     }
-    if (units.relative && !job->grid)
+    if (units.relative && job->volume.kind == VOL_VOLUME_NONE)
         return vol_fail(err, VOL_USAGE, "its values are fractions of the data's range: name the data by --volume");
-    if (job->grid) {
-        vol_appearance_settle(tf, units, job->grid, &job->run->log);
+    if (job->volume.kind != VOL_VOLUME_NONE) {
+        vol_appearance_settle(tf, units, &job->volume, &job->run->log);
     } else if (units.step != VOL_STEP_WORLD) {
         vol_warn(&job->run->log, "its opacities hold for a length that depends on the volume (--volume): %s",
                  "taken for 1 world unit");
@@ -248,14 +248,14 @@ static VolStatus make(Job *job, unsigned parts, bool tables_wanted, VolPreintOpt
     if (!tables_wanted)
         build.octaves = 0;
     if (options.step.voxels)
-        build.step *= job->grid->voxel;
-    if (job->grid && build.octaves) { /* the step may be the transfer function's own */
+        build.step *= vol_volume_voxel(&job->volume);
+    if (job->volume.kind != VOL_VOLUME_NONE && build.octaves) { /* the step may be the transfer function's own */
         VolTf tf;
         VolBytes text = {(unsigned char *)job->json, strlen(job->json)};
         VolStatus status = vol_tf_parse(&text, name, &tf, NULL, err);
         if (status)
             return status;
-        build.change = vol_volume_change(job->grid, build.step > 0 ? build.step : tf.particle_step);
+        build.change = vol_volume_change(&job->volume, build.step > 0 ? build.step : tf.particle_step);
         vol_tf_free(&tf);
     }
     VolStatus status = vol_tables_build(job->json, name, build, &job->run->log, &job->tables, err);
@@ -295,7 +295,7 @@ static VolStatus tf_preint(const Run *run, VolError *err)
         status = make(&job, parts, tables_wanted, build, err);
     vol_tables_free(job.tables);
     vol_inspection_free(&job.inspection);
-    vol_grid_free(job.grid);
+    vol_volume_free(&job.volume);
     free(job.json);
     return status;
 }

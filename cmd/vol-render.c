@@ -13,7 +13,7 @@
 #include "io/exr.h"
 #include "io/vdb.h"
 #include "load/assembly.h"
-#include "load/volume.h"
+#include "load/grids.h"
 #include "render/backdrop.h"
 #include "render/camera.h"
 #include "render/film.h"
@@ -137,12 +137,12 @@ static VolStatus read_appearance(Job *job, VolError *err)
 
 static double world_length(const Job *job, VolLen length)
 {
-    return length.value * (length.voxels ? job->assembly.grid->voxel : 1);
+    return length.value * (length.voxels ? vol_volume_voxel(&job->assembly.volume) : 1);
 }
 
 static VolStatus refuse_step(const Job *job, VolError *err)
 {
-    double of_unit = vol_appearance_steps(job->assembly.grid, world_length(job, (VolLen){1, options.step.voxels}));
+    double of_unit = vol_appearance_steps(&job->assembly.volume, world_length(job, (VolLen){1, options.step.voxels}));
     const char *unit = options.step.voxels ? "v" : "w";
     return vol_fail(err, VOL_USAGE,
                     "--step %g%s: a ray through the whole volume would take %.3g steps, more than %g: give %.2g%s or more",
@@ -162,7 +162,7 @@ static VolStatus fit_appearance(Job *job, VolError *err)
     scene->step = world_length(job, options.step);
     if (!(scene->step > 0))
         return vol_fail(err, VOL_USAGE, "--step wants a length above 0");
-    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_appearance_steps(job->assembly.grid, scene->step) > VOL_MOST_STEPS)
+    if (scene->estimator != VOL_ESTIMATE_EXACT && vol_appearance_steps(&job->assembly.volume, scene->step) > VOL_MOST_STEPS)
         return refuse_step(job, err);
     VolAppearanceSettings settings = {.particle_step = world_length(job, options.particle_step),
                                       .scalar_step = options.scalar_step,
@@ -206,7 +206,7 @@ static VolStatus load_volume(Job *job, VolError *err)
         status = keep_history(job, vdb, err);
     if (!status) {
         status = vol_load_volume(vdb, options.grid, options.precise, job->run->threads, &job->run->log,
-                                 &job->assembly.grid, err);
+                                 &job->assembly.volume, err);
         if (status && !strstr(err->text, vol_input_name(path)))
             vol_fail_within(err, status, "cannot read '%s'", vol_input_name(path));
     }
@@ -270,9 +270,9 @@ static VolStatus set_camera(Job *job, VolError *err)
             .has_look_at = run_given(run, "look-at"), .has_up = run_given(run, "up"), .eye = options.eye,
             .look_at = options.look_at, .up = options.up, .orthographic = run_given(run, "ortho"),
             .fov_degrees = options.fov, .ortho_height = options.ortho};
-        status = vol_camera_set(&settings, job->assembly.grid, &job->camera, err);
+        status = vol_camera_set(&settings, &job->assembly.volume, &job->camera, err);
     }
-    job->told_why = !status && vol_camera_behind(&job->camera, job->assembly.grid);
+    job->told_why = !status && vol_camera_behind(&job->camera, &job->assembly.volume);
     if (job->told_why)
         vol_warn(&run->log, "the volume lies behind the camera");
     return status;
@@ -321,7 +321,7 @@ static void warn_of_faintness(const Job *job, const VolFrameCounts *counts)
         vol_warn(log, "the picture is empty: no ray meets anything that the transfer function shows");
     else if (tf->has_scatter || tf->has_absorb || tf->has_emit)
         vol_warn(log, "%s than %.2g; opacities hold for %g world units, %.3g voxels (--particle-step)", faint,
-                 counts->strongest, step, step / job->assembly.grid->voxel);
+                 counts->strongest, step, step / vol_volume_voxel(&job->assembly.volume));
     else
         vol_warn(log, "%s than %.2g", faint, counts->strongest);
 }
@@ -383,15 +383,16 @@ static void count_work(const Job *job, const VolFrameCounts *counts)
 {
     VolStats *stats = job->run->stats;
     const VolSkipped *skipped = &counts->skipped;
+    const VolVolumeCounts held = vol_volume_counts(&job->assembly.volume);
     bool exact = options.estimator == 0;
     char features[200];
     vol_stats_count(stats, "rays", counts->rays);
     vol_stats_count(stats, exact ? "cells" : "samples", counts->cells);
     if (!exact)
         vol_stats_count(stats, "steps", counts->steps);
-    vol_stats_count(stats, "active_voxels", job->assembly.grid->active_voxels);
-    vol_stats_count(stats, "bricks.total", job->assembly.grid->brick_count);
-    vol_stats_count(stats, "bricks.stored", job->assembly.grid->stored_bricks);
+    vol_stats_count(stats, "active_voxels", held.active_voxels);
+    vol_stats_count(stats, "bricks.total", held.parts);
+    vol_stats_count(stats, "bricks.stored", held.stored_parts);
     vol_stats_count(stats, "bricks.entered", skipped->bricks_entered);
     vol_stats_count(stats, "skipped.bricks", job->prepared.space.bricks_skipped);
     vol_stats_count(stats, "skipped.blocks", skipped->blocks);

@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "load/volume.h"
-
 VolStatus vol_appearance_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log,
                               VolAppearance *out, VolError *err)
 {
@@ -20,11 +18,11 @@ static bool changes_steps(const VolAppearance *appearance, const VolAppearanceSe
 }
 
 /* Tables of this volume: only as far from the diagonal as the field can change over a step. */
-static VolStatus make_tables(VolAppearance *appearance, const VolGrid *grid, const VolAppearanceSettings *settings,
+static VolStatus make_tables(VolAppearance *appearance, const VolVolume *volume, const VolAppearanceSettings *settings,
                              VolError *err)
 {
     VolPreintOptions options = {.n = settings->nodes, .step = settings->step, .octaves = 1, .threads = settings->threads,
-                                .cpu = settings->cpu, .change = vol_volume_change(grid, settings->step)};
+                                .cpu = settings->cpu, .change = vol_volume_change(volume, settings->step)};
     vol_preint_default_range(&appearance->compiled, &options.lo, &options.hi);
     VolStatus status = vol_preint_build(&appearance->compiled, &options, &appearance->preint, err);
     if (status == VOL_BAD_INPUT)
@@ -33,20 +31,20 @@ static VolStatus make_tables(VolAppearance *appearance, const VolGrid *grid, con
     return status;
 }
 
-void vol_appearance_settle(VolTf *tf, VolTfUnits units, const VolGrid *grid, const VolLog *log)
+void vol_appearance_settle(VolTf *tf, VolTfUnits units, const VolVolume *volume, const VolLog *log)
 {
     double lo, hi;
-    if (units.relative && vol_grid_range(grid, &lo, &hi))
+    if (units.relative && vol_volume_range(volume, &lo, &hi))
         vol_tf_rescale(tf, lo, hi);
     if (units.step == VOL_STEP_WORLD)
         return;
-    tf->particle_step *= vol_volume_step(grid, units.step);
+    tf->particle_step *= vol_step_of_unit(volume, units.step);
     vol_note(log, "the transfer function's program has its opacities hold for %.6g world units of this volume",
              tf->particle_step);
 }
 
 /* Takes a transfer function whose nodes lie far from 1, and the field with it, to units in which kernels count well. */
-static void settle_units(VolAppearance *appearance, VolGrid *grid)
+static void settle_units(VolAppearance *appearance, VolVolume *volume)
 {
     enum { NEAR = 40 }; /* squares and cubes of values, and of differences a thousandth of them, stay well within float */
     VolTfCompiled *tf = appearance->tables ? &appearance->tables->compiled : &appearance->compiled;
@@ -58,13 +56,13 @@ static void settle_units(VolAppearance *appearance, VolGrid *grid)
     if (abs(exponent) <= NEAR)
         return;
     appearance->unit = ldexp(1, exponent);
-    vol_grid_rescale(grid, -exponent);
+    vol_volume_rescale(volume, -exponent);
     vol_tf_compiled_rescale(tf, 1 / appearance->unit);
     if (appearance->tables)
         vol_preint_rescale(&appearance->tables->preint, 1 / appearance->unit);
 }
 
-VolStatus vol_appearance_fit(VolAppearance *appearance, VolGrid *grid, const VolAppearanceSettings *settings,
+VolStatus vol_appearance_fit(VolAppearance *appearance, VolVolume *volume, const VolAppearanceSettings *settings,
                              const VolLog *log, VolError *err)
 {
     VolStatus status = VOL_OK;
@@ -74,7 +72,7 @@ VolStatus vol_appearance_fit(VolAppearance *appearance, VolGrid *grid, const Vol
         appearance->tables = NULL;
     }
     if (!appearance->tables) {
-        vol_appearance_settle(&appearance->tf, appearance->units, grid, log);
+        vol_appearance_settle(&appearance->tf, appearance->units, volume, log);
         appearance->units = (VolTfUnits){0};
         if (settings->particle_step > 0)
             appearance->tf.particle_step = settings->particle_step;
@@ -83,13 +81,13 @@ VolStatus vol_appearance_fit(VolAppearance *appearance, VolGrid *grid, const Vol
         status = vol_tf_compile(&appearance->tf, log, &appearance->compiled, err);
     }
     if (!status) {
-        settle_units(appearance, grid);
-        vol_tf_limit(appearance->tables ? &appearance->tables->compiled : &appearance->compiled, grid->voxel);
+        settle_units(appearance, volume);
+        vol_tf_limit(appearance->tables ? &appearance->tables->compiled : &appearance->compiled, vol_volume_voxel(volume));
     }
     if (!status && settings->full && appearance->tables && !appearance->tables->preint.octave_count)
         return vol_fail(err, VOL_BAD_INPUT, "the tables have no part 'full': make them with tf-preint --part full");
     if (!status && settings->full && !appearance->tables)
-        status = make_tables(appearance, grid, settings, err);
+        status = make_tables(appearance, volume, settings, err);
     if (!status && settings->integrals) {
         status = vol_tf_integrals_new(vol_appearance_compiled(appearance), &appearance->integrals, err);
         appearance->has_integrals = !status;
@@ -149,23 +147,4 @@ void vol_appearance_free(VolAppearance *appearance)
     *appearance = (VolAppearance){0};
 }
 
-/* The longest diagonal of a box in index space, in world units. */
-static double diagonal(const VolGrid *grid, const double size[3])
-{
-    double longest = 0;
-    for (int i = 0; i < 4; i++) {
-        VolVec3 corner = vol_vec3(size[0], i & 1 ? -size[1] : size[1], i & 2 ? -size[2] : size[2]);
-        longest = fmax(longest, vol_length(vol_apply_linear(&grid->index_to_world, corner)));
-    }
-    return longest;
-}
-
-double vol_appearance_steps(const VolGrid *grid, double step)
-{
-    const double node[3] = {VOL_NODE_CELLS, VOL_NODE_CELLS, VOL_NODE_CELLS};
-    double all[3];
-    for (int a = 0; a < 3; a++)
-        all[a] = grid->domain_max[a] - grid->domain_min[a];
-    double held = ((double)grid->node_count + (double)grid->roots.count * VOL_ROOT_NODES) * diagonal(grid, node);
-    return fmin(diagonal(grid, all), held) / step;
-}
+double vol_appearance_steps(const VolVolume *volume, double step) { return vol_volume_longest_way(volume) / step; }

@@ -3,9 +3,9 @@
 #ifndef VOL_LOAD_APPEARANCE_H
 #define VOL_LOAD_APPEARANCE_H
 
-#include "volume/grid.h"
 #include "load/tables.h"
 #include "tf/preint.h"
+#include "volume/volume.h"
 
 typedef struct VolAppearance {
     VolTf tf;
@@ -33,14 +33,14 @@ typedef struct VolAppearanceSettings {
 VolStatus vol_appearance_read(const VolBytes *bytes, const char *name, const char *part, const VolLog *log,
                               VolAppearance *out, VolError *err);
 
-/* Settles what a transfer function left to the volume: relative values are stretched over the grid's range, and
+/* Settles what a transfer function left to the volume: relative values are stretched over the volume's range, and
  * particle_step becomes world units. */
-void vol_appearance_settle(VolTf *tf, VolTfUnits units, const VolGrid *grid, const VolLog *log);
+void vol_appearance_settle(VolTf *tf, VolTfUnits units, const VolVolume *volume, const VolLog *log);
 
 /* Settles, applies the settings, compiles, and makes the tables: those that were read are used as they are unless a setting
- * changes what they hold (a note then says that they are made anew).  Where the nodes lie far from 1, the grid and
+ * changes what they hold (a note then says that they are made anew).  Where the nodes lie far from 1, the volume and
  * everything here are taken to other units. */
-VolStatus vol_appearance_fit(VolAppearance *appearance, VolGrid *grid, const VolAppearanceSettings *settings,
+VolStatus vol_appearance_fit(VolAppearance *appearance, VolVolume *volume, const VolAppearanceSettings *settings,
                              const VolLog *log, VolError *err);
 void vol_appearance_free(VolAppearance *appearance);
 
@@ -49,7 +49,11 @@ void vol_appearance_free(VolAppearance *appearance);
 
 /* How many steps of this length (world units) a ray through the whole volume takes at most; what is far from all that the
  * volume holds is passed in one. */
-double vol_appearance_steps(const VolGrid *grid, double step);
+double vol_appearance_steps(const VolVolume *volume, double step);
+
+/* The world length of one step of the unit, as other programs have it (pellucid-files(5)).  Where it depends on the
+ * direction - voxels or volumes that are not cubes - that of the cube of the same size. */
+double vol_step_of_unit(const VolVolume *volume, VolStepUnit unit);
 
 /* Between which values anything changes, isosurfaces left out: beyond, all is as at the ends.  False: nothing does. */
 bool vol_appearance_varies(const VolTfCompiled *tf, double *from, double *to);

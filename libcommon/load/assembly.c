@@ -12,8 +12,8 @@ VolStatus vol_assemble_appearance(VolAssembly *assembly, const VolAppearanceSett
 {
     VolScene *scene = &assembly->scene;
     VolAppearance *appearance = &assembly->appearance;
-    VolStatus status = vol_appearance_fit(appearance, assembly->grid, settings, log, err);
-    scene->grid = assembly->grid;
+    VolStatus status = vol_appearance_fit(appearance, &assembly->volume, settings, log, err);
+    scene->volume = assembly->volume;
     scene->unit = appearance->unit;
     scene->tf = vol_appearance_compiled(appearance);
     scene->preint = vol_appearance_preint(appearance);
@@ -73,9 +73,9 @@ bool vol_assembly_explains_nothing(const VolAssembly *assembly, const VolLog *lo
         from = fmin(from, tf->isosurfaces[0].value);
         to = fmax(to, tf->isosurfaces[tf->isosurface_count - 1].value);
     }
-    bool any = vol_grid_range(assembly->grid, &lo, &hi), shown = any && vol_tf_range_visible(tf, lo, hi);
+    bool any = vol_volume_range(&assembly->volume, &lo, &hi), shown = any && vol_tf_range_visible(tf, lo, hi);
     lo *= unit, hi *= unit, from *= unit, to *= unit;
-    if (assembly->grid->empty)
+    if (vol_volume_is_empty(&assembly->volume))
         return true; /* said when it was loaded */
     if (!any)
         vol_warn(log, "no finite voxel in the grid: nothing to see");
@@ -93,7 +93,7 @@ bool vol_assembly_explains_nothing(const VolAssembly *assembly, const VolLog *lo
 
 void vol_assembly_free(VolAssembly *assembly)
 {
-    vol_grid_free(assembly->grid);
+    vol_volume_free(&assembly->volume);
     vol_appearance_free(&assembly->appearance);
     free(assembly->lights);
     free(assembly->clips);

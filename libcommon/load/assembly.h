@@ -7,14 +7,14 @@
 #include "trace/scene.h"
 
 typedef struct VolAssembly {
-    VolGrid *grid;
+    VolVolume volume;
     VolAppearance appearance;
     VolLight *lights;
     VolClip *clips;
     VolScene scene; /* of the above, which all belong to the assembly */
 } VolAssembly;
 
-/* Fits what was read into `appearance` to `grid` (vol_appearance_fit) and shows the scene both. */
+/* Fits what was read into `appearance` to `volume` (vol_appearance_fit) and shows the scene both. */
 VolStatus vol_assemble_appearance(VolAssembly *assembly, const VolAppearanceSettings *settings, const VolLog *log,
                                   VolError *err);
 

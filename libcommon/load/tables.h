@@ -5,7 +5,6 @@
 #define VOL_LOAD_TABLES_H
 
 #include "base/log.h"
-#include "volume/grid.h"
 #include "io/exr.h"
 #include "tf/foreign.h"
 #include "tf/preint.h"
@@ -37,10 +36,5 @@ VolStatus vol_tables_from_image(const VolImage *image, const char *name, const V
  * tables, for which *tables is not NULL and `tf` what they were made from. */
 VolStatus vol_load_transfer_function(const VolBytes *bytes, const char *name, const char *part, const VolLog *log,
                                      VolTf *tf, VolTfUnits *units, VolTables **tables, VolError *err);
-
-/* A bound of the change of the value along any straight line of this length (world units) in the domain: the largest
- * differences between neighbouring voxels along each axis, times the cells passed along it; at most the values'
- * range. */
-double vol_volume_change(const VolGrid *grid, double length);
 
 #endif

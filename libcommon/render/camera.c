@@ -7,26 +7,19 @@
 
 static const double PI = 3.14159265358979323846;
 
-static VolVec3 domain_corner(const VolGrid *grid, int n)
-{
-    VolVec3 index = {n & 1 ? grid->domain_max[0] : grid->domain_min[0], n & 2 ? grid->domain_max[1] : grid->domain_min[1],
-                     n & 4 ? grid->domain_max[2] : grid->domain_min[2]};
-    return vol_apply(&grid->index_to_world, index);
-}
-
-static VolVec3 domain_center(const VolGrid *grid)
+static VolVec3 domain_center(const VolVolume *volume)
 {
     VolVec3 sum = {0, 0, 0};
     for (int n = 0; n < 8; n++)
-        sum = vol_add(sum, domain_corner(grid, n));
+        sum = vol_add(sum, vol_volume_corner(volume, n));
     return vol_scale(sum, 0.125);
 }
 
-static double domain_radius(const VolGrid *grid, VolVec3 center)
+static double domain_radius(const VolVolume *volume, VolVec3 center)
 {
     double radius = 0;
     for (int n = 0; n < 8; n++)
-        radius = fmax(radius, vol_length(vol_sub(domain_corner(grid, n), center)));
+        radius = fmax(radius, vol_length(vol_sub(vol_volume_corner(volume, n), center)));
     return radius;
 }
 
@@ -57,13 +50,13 @@ static VolStatus set_axes(const VolCameraSettings *settings, VolVec3 look_at, Vo
     return VOL_OK;
 }
 
-VolStatus vol_camera_set(const VolCameraSettings *settings, const VolGrid *grid, VolCamera *out, VolError *err)
+VolStatus vol_camera_set(const VolCameraSettings *settings, const VolVolume *volume, VolCamera *out, VolError *err)
 {
     VolCamera *camera = out;
     *camera = (VolCamera){.width = settings->width, .height = settings->height, .orthographic = settings->orthographic};
     double aspect = (double)settings->width / (double)settings->height;
-    VolVec3 center = domain_center(grid);
-    double radius = fmax(domain_radius(grid, center), 1e-300), distance;
+    VolVec3 center = domain_center(volume);
+    double radius = fmax(domain_radius(volume, center), 1e-300), distance;
     if (settings->orthographic) {
         if (!(settings->ortho_height > 0))
             return vol_fail(err, VOL_USAGE, "--ortho wants a height above 0");
@@ -159,10 +152,10 @@ VolStatus vol_camera_from_matrices(const double world_to_camera[16], const doubl
     return VOL_OK;
 }
 
-bool vol_camera_behind(const VolCamera *camera, const VolGrid *grid)
+bool vol_camera_behind(const VolCamera *camera, const VolVolume *volume)
 {
     for (int n = 0; n < 8; n++)
-        if (vol_dot(vol_sub(domain_corner(grid, n), camera->eye), camera->forward) > 0)
+        if (vol_dot(vol_sub(vol_volume_corner(volume, n), camera->eye), camera->forward) > 0)
             return false;
     return true;
 }

@@ -7,7 +7,6 @@
 
 #include "base/status.h"
 #include "base/vec.h"
-#include "volume/grid.h"
 #include "trace/scene.h"
 
 typedef struct VolCamera {
@@ -28,7 +27,7 @@ typedef struct VolCameraSettings {
 /* What is not given: the view from +z on the mean of the domain's corners, with the sphere through the farthest corner
  * just inside the smaller field of view.  VOL_USAGE: eye at the point looked at, up along the view, angle outside
  * (0, 180). */
-VolStatus vol_camera_set(const VolCameraSettings *settings, const VolGrid *grid, VolCamera *out, VolError *err);
+VolStatus vol_camera_set(const VolCameraSettings *settings, const VolVolume *volume, VolCamera *out, VolError *err);
 
 /* The ray through picture position (x, y) in pixels from the top left corner; t from 0 (the eye, or its plane). */
 void vol_camera_ray(const VolCamera *camera, double x, double y, VolRay *out);
@@ -42,6 +41,6 @@ VolStatus vol_camera_from_matrices(const double world_to_camera[16], const doubl
                                    int64_t height, VolCamera *out, VolError *err);
 
 /* All corners of the domain lie behind the eye's plane. */
-bool vol_camera_behind(const VolCamera *camera, const VolGrid *grid);
+bool vol_camera_behind(const VolCamera *camera, const VolVolume *volume);
 
 #endif

@@ -6,8 +6,8 @@
  * sigma_0 and sigma_1 being the extinction at its ends; the largest over l up to an edge of a voxel counts.  Colours and
  * emission count likewise by their change across the interval.  A soft surface of depth M across the interval changes it by
  * (1 - exp(-M)) / w or by its extinction, whichever is less; nobody sees it but through the surfaces of an interval beside
- * it, or where a ray begins in it.  The product of the greatest such sensitivity in a brick's range and u times the
- * brick's largest magnitude estimates what float makes of the brick.  Where it is above LIMIT, rays that come there are
+ * it, or where a ray begins in it.  The product of the greatest such sensitivity in a part's range and u times the
+ * part's largest magnitude estimates what float makes of the part.  Where it is above LIMIT, rays that come there are
  * traced in double: all of each such ray, so that its result depends on the ray alone.
  *
  * Intervals that are only a few units in the last place of v wide count together instead: rounding shifts each of their
@@ -18,7 +18,7 @@
  * are met is judged by comparisons that do not round.
  *
  * A field of doubles is rounded twice, as it is taken to float and then on the way.  With the first, voxels may change sides
- * (sides.c), and the slope of the field changes by up to 2 u |v| a voxel edge, against that of the brick's range: the slope
+ * (sides.c), and the slope of the field changes by up to 2 u |v| a voxel edge, against that of the part's range: the slope
  * says how surfaces are shaded, and whether a ray touches them. */
 #include "trace/conditioning.h"
 
@@ -150,30 +150,30 @@ static double greatest_between(const Sensitivities *s, size_t first, size_t last
     return fmax(s->level[level][first], s->level[level][last + 1 - ((size_t)1 << level)]);
 }
 
-/* Whether there are surfaces of either kind among the brick's values. */
-static bool has_surfaces(const VolTfCompiled *tf, const VolBrick *brick, size_t first, size_t last)
+/* Whether there are surfaces of either kind among values from lo to hi. */
+static bool has_surfaces(const VolTfCompiled *tf, double lo, double hi, size_t first, size_t last)
 {
     bool some = false;
     for (size_t n = 0; n < tf->isosurface_count && !some; n++)
-        some = tf->isosurfaces[n].value >= brick->lo && tf->isosurfaces[n].value <= brick->hi;
+        some = tf->isosurfaces[n].value >= lo && tf->isosurfaces[n].value <= hi;
     for (size_t j = first; j <= last && tf->has_surface && !some; j++)
         some = tf->intervals[j].has_surface;
     return some;
 }
 
-/* `rounded`: the field is of doubles. */
-static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, const VolBrick *brick, bool rounded)
+/* Of values from lo to hi; `rounded`: the field is of doubles. */
+static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, double lo, double hi, bool rounded)
 {
-    double largest = fmax(fabs(brick->lo), fabs(brick->hi)), change = brick->hi - brick->lo;
-    if (!(brick->lo < brick->hi))
+    double largest = fmax(fabs(lo), fabs(hi)), change = hi - lo;
+    if (!(lo < hi))
         return false;
     if (largest > MOST_SAFE)
         return true;
-    size_t first = vol_tf_interval(scene->tf, brick->lo), last = vol_tf_interval(scene->tf, brick->hi);
+    size_t first = vol_tf_interval(scene->tf, lo), last = vol_tf_interval(scene->tf, hi);
     double greatest = fmax(greatest_between(s, first, last), s->narrow[last + 1] - s->narrow[first]);
     if (first == last) /* rays begin in it */
         greatest = fmax(greatest, surface_sensitivity(&scene->tf->intervals[first], 1));
-    if (rounded && 4 * UNIT_ROUNDOFF * largest > LIMIT * change && has_surfaces(scene->tf, brick, first, last))
+    if (rounded && 4 * UNIT_ROUNDOFF * largest > LIMIT * change && has_surfaces(scene->tf, lo, hi, first, last))
         return true;
     double effect = (rounded ? 2 : 1) * greatest * largest;
     return effect * UNIT_ROUNDOFF > LIMIT || (largest < LEAST_SAFE && effect > LIMIT);
@@ -182,25 +182,26 @@ static bool is_ill_conditioned(const VolScene *scene, const Sensitivities *s, co
 VolStatus vol_conditioning_judge(const VolScene *scene, const VolEmptySpace *space, bool shaded, uint8_t **out,
                                  VolError *err)
 {
-    const VolGrid *grid = scene->grid;
+    const VolVolume *volume = &scene->volume;
+    const size_t parts = vol_volume_counts(volume).parts;
     Sensitivities s;
     VolSides *sides = NULL;
     size_t found = 0;
-    VolStatus status = measure(scene->tf, grid->voxel, &s, err);
-    if (!status && grid->is_double)
+    VolStatus status = measure(scene->tf, vol_volume_voxel(volume), &s, err);
+    if (!status && vol_volume_is_double(volume))
         status = vol_sides_new(scene->tf, &sides, err);
-    uint8_t *ill = status ? NULL : vol_alloc_zero(grid->brick_count, 1);
+    uint8_t *ill = status ? NULL : vol_alloc_zero(parts, 1);
     if (!status && !ill)
-        status = vol_fail_memory(err, grid->brick_count);
+        status = vol_fail_memory(err, parts);
     double lo, hi;
-    /* Gradients reach into the bricks beside. */
-    bool all = vol_grid_range(grid, &lo, &hi) && shaded && fmax(fabs(lo), fabs(hi)) > MOST_SAFE;
-    for (size_t b = 0; b < grid->brick_count && !status; b++) {
-        const VolBrick *brick = &grid->bricks[b];
-        ill[b] = space->brick_visible[b] != VOL_BRICK_LEFT_OUT &&
-                 (all || is_ill_conditioned(scene, &s, brick, sides != NULL) ||
-                  (sides && vol_sides_change(sides, grid, brick)));
-        found += ill[b];
+    /* Gradients reach into the parts beside. */
+    bool all = vol_volume_range(volume, &lo, &hi) && shaded && fmax(fabs(lo), fabs(hi)) > MOST_SAFE;
+    for (size_t n = 0; n < parts && !status; n++) {
+        vol_volume_part_range(volume, n, &lo, &hi);
+        ill[n] = space->brick_visible[n] != VOL_BRICK_LEFT_OUT &&
+                 (all || is_ill_conditioned(scene, &s, lo, hi, sides != NULL) ||
+                  (sides && vol_sides_change(sides, volume, n)));
+        found += ill[n];
     }
     sensitivities_free(&s);
     vol_sides_free(sides);

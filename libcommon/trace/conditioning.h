@@ -5,7 +5,7 @@
 #include "trace/empty_space.h"
 #include "trace/scene.h"
 
-/* One number per brick of the grid: 1 where float is not enough; NULL where it is everywhere. */
+/* One number per part of the volume: 1 where float is not enough; NULL where it is everywhere. */
 VolStatus vol_conditioning_judge(const VolScene *scene, const VolEmptySpace *space, bool shaded, uint8_t **out,
                                  VolError *err);
 

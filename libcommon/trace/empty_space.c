@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "base/mem.h"
+#include "trace/index_ray.h"
 #include "trace/scene.h"
 
 enum { SIDE = VOL_NODE_BRICKS };
@@ -23,7 +24,7 @@ enum { SIDE = VOL_NODE_BRICKS };
 /* Whether two neighbouring samples may have invalid voxels between them; a little below two voxels, for rounding. */
 static bool steps_over_invalid(const VolScene *scene)
 {
-    const double(*m)[3] = scene->grid->world_to_index.m;
+    const double(*m)[3] = scene->volume.grid->world_to_index.m;
     double most = 0;
     for (int a = 0; a < 3; a++)
         most = fmax(most, vol_length(vol_vec3(m[0][a], m[1][a], m[2][a])));
@@ -32,7 +33,7 @@ static bool steps_over_invalid(const VolScene *scene)
 
 static void mark_bricks(const VolScene *scene, VolEmptySpace *space)
 {
-    const VolGrid *grid = scene->grid;
+    const VolGrid *grid = scene->volume.grid;
     bool over_invalid = steps_over_invalid(scene);
     for (size_t b = 0; b < grid->brick_count; b++) {
         const VolBrick *brick = &grid->bricks[b];
@@ -141,7 +142,7 @@ static void settle_box(const VolGrid *grid, VolEmptySpace *space)
 
 VolStatus vol_empty_space_find(const VolScene *scene, VolEmptySpace *space, VolError *err)
 {
-    const VolGrid *grid = scene->grid;
+    const VolGrid *grid = scene->volume.grid;
     space->brick_visible = vol_alloc(grid->brick_count, 1);
     space->levels = vol_alloc(grid->detail_count, VOL_NODE_ENTRIES);
     if (!space->brick_visible || !space->levels)
@@ -160,6 +161,14 @@ VolStatus vol_empty_space_find(const VolScene *scene, VolEmptySpace *space, VolE
     }
     settle_box(grid, space);
     return VOL_OK;
+}
+
+bool vol_empty_space_is_left(const VolScene *scene, const VolEmptySpace *space, const VolRay *ray)
+{
+    IndexRay in_index = index_ray(vol_volume_to_index(&scene->volume), ray);
+    double t = ray->t0, end = ray->t1;
+    cut_to_visible(&in_index, space, &t, &end);
+    return t < end;
 }
 
 void vol_empty_space_free(VolEmptySpace *space)

@@ -8,6 +8,7 @@
 #include "base/status.h"
 #include "volume/grid.h"
 
+struct VolRay;
 struct VolScene;
 
 /* In `brick_visible`: ENTERED though nothing is in it, for a test or for what lies beyond its invalid voxels. */
@@ -28,6 +29,10 @@ typedef struct VolEmptySpace {
 /* By the scene's field, transfer function, estimator and step; `margin` is the caller's.  Without scene->skip all bricks
  * that hold any value are entered. */
 VolStatus vol_empty_space_find(const struct VolScene *scene, VolEmptySpace *out, VolError *err);
+
+/* Whether a clipped ray meets the box around the visible bricks. */
+bool vol_empty_space_is_left(const struct VolScene *scene, const VolEmptySpace *space, const struct VolRay *ray);
+
 void vol_empty_space_free(VolEmptySpace *space);
 
 #endif

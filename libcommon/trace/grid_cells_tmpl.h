@@ -66,7 +66,7 @@ static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i,
     BrickSpan span;
     if (!enter_brick(w, l, i, true, &span))
         return false;
-    bool uniform = vol_brick_is_uniform(&l->scene->grid->bricks[span.brick]);
+    bool uniform = vol_brick_is_uniform(&l->scene->volume.grid->bricks[span.brick]);
     begin_cells(w, i, &span, span.wide || (uniform && !(features & FEATURE_CLASSIC)));
     w->u[i] = 0;
     w->end[i] = (real)(span.t1 - span.t0);
@@ -182,7 +182,7 @@ static inline void traversal_gradients(Traversal *w, const RayPacket *l, const C
     }
     for (int n = 0; n < 4; n++) {
         reals index[3] = {g[0][n], g[1][n], g[2][n]}, world[3];
-        world_gradients(&l->scene->grid->world_to_index, index, world);
+        world_gradients(&l->scene->volume.grid->world_to_index, index, world);
         for (int a = 0; a < 3; a++)
             *(n == 0 ? &out[a].a0 : n == 1 ? &out[a].a1 : n == 2 ? &out[a].a2 : &out[a].a3) = world[a];
     }

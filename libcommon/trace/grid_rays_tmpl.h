@@ -58,14 +58,14 @@ static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wa
 {
     CLEAR_FROM(w, together);
     for (int a = 0; a < 3; a++) {
-        w->domain_min[a] = l->scene->grid->domain_min[a];
-        w->domain_max[a] = l->scene->grid->domain_max[a];
-        w->cell_min[a] = l->scene->grid->cell_min[a];
-        w->cell_max[a] = l->scene->grid->cell_max[a];
+        w->domain_min[a] = l->scene->volume.grid->domain_min[a];
+        w->domain_max[a] = l->scene->volume.grid->domain_max[a];
+        w->cell_min[a] = l->scene->volume.grid->cell_min[a];
+        w->cell_max[a] = l->scene->volume.grid->cell_max[a];
     }
     for (size_t i = 0; i < LANES; i++) {
         Walk *walk = &w->walk[i];
-        walk_begin(walk, l->scene->grid, &l->prepared->space, &l->rays[i < l->count ? i : 0]);
+        walk_begin(walk, l->scene->volume.grid, &l->prepared->space, &l->rays[i < l->count ? i : 0]);
         w->values[i] = w->gradients[i] = scratch_zeros(l->scratch);
         w->carry_t[i] = NAN;
         for (int a = 0; a < 3; a++) {
@@ -107,13 +107,13 @@ static inline bool enter_brick(Traversal *w, RayPacket *l, unsigned i, bool ends
         l->alive[i] = 0;
         return false;
     }
-    const VolBrick *brick = &l->scene->grid->bricks[span->brick];
+    const VolBrick *brick = &l->scene->volume.grid->bricks[span->brick];
     w->in.begin[i] = span->t0;
     w->in.past[i] = span->t1;
     for (int a = 0; a < 3; a++)
         w->in.origin[a][i] = span->origin[a];
     w->brick[i] = span->brick;
-    w->values[i] = brick_values(l->scene->grid, l->scratch, w->values, span->brick);
+    w->values[i] = brick_values(l->scene->volume.grid, l->scratch, w->values, span->brick);
     w->uniform[i] = -(lane_int)span->wide;
     w->gradients_due |= 1u << i;
     w->invalid[i] = -(lane_int)brick->invalid;
@@ -143,8 +143,8 @@ static inline void give_up(RayPacket *l, ints lanes)
 /* What the lanes of the visit know of their brick. */
 ALWAYS_INLINE void settle_in(Traversal *w, RayPacket *l, const Visit *visit)
 {
-    const VolBrick *brick = &l->scene->grid->bricks[visit->brick];
-    const real *values = brick_values(l->scene->grid, l->scratch, w->values, visit->brick);
+    const VolBrick *brick = &l->scene->volume.grid->bricks[visit->brick];
+    const real *values = brick_values(l->scene->volume.grid, l->scratch, w->values, visit->brick);
     bool seen = l->prepared->space.brick_visible[visit->brick] == VOL_BRICK_SEEN;
     unsigned bits = mask_bits(visit->lanes);
     FOR_LANES(i, bits) {
@@ -192,8 +192,10 @@ static inline void need_gradients(Traversal *w, const RayPacket *l, ints mask)
     FOR_LANES(i, due) {
         int32_t origin[3];
         brick_origin(w, i, origin);
-        w->gradients[i] = w->uniform[i] ? scratch_zeros(l->scratch)
-                                        : brick_gradients(l->scene->grid, l->scratch, w->gradients, w->brick[i], origin);
+        if (w->uniform[i])
+            w->gradients[i] = scratch_zeros(l->scratch);
+        else
+            w->gradients[i] = brick_gradients(l->scene->volume.grid, l->scratch, w->gradients, w->brick[i], origin);
     }
 }
 

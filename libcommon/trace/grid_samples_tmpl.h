@@ -68,7 +68,7 @@ static inline void place_run(const Traversal *w, const RayPacket *l, unsigned i,
     const IndexRay *ray = &w->walk[i].ray;
     for (int a = 0; a < 3; a++) {
         double x = fma(t, ray->d[a], ray->o[a] - origin[a]);
-        e[a] = settle_run(l->scene->grid, a, origin[a], x, last, w->step[a][i]);
+        e[a] = settle_run(l->scene->volume.grid, a, origin[a], x, last, w->step[a][i]);
     }
 }
 
@@ -105,7 +105,7 @@ static inline void traversal_begin_run(Traversal *w, const RayPacket *l, unsigne
 /* As traversal_begin_run, for the lanes of `mask`. */
 ALWAYS_INLINE void traversal_begin_runs(Traversal *w, const RayPacket *l, ints mask, const double t[LANES], reals last)
 {
-    const VolGrid *grid = l->scene->grid;
+    const VolGrid *grid = l->scene->volume.grid;
     ints settled = ints_all(-1);
     for (int a = 0; a < 3; a++) {
         wide from[PARTS], first[PARTS], past[PARTS];
@@ -164,7 +164,7 @@ static inline void traversal_sample_gradients(Traversal *w, const RayPacket *l, 
         load_corners_of(w->gradients, offset + a * VOL_BRICK_STRIDE, corners);
         g[a] = reals_select(mask, interpolate_cell(corners, at->f), reals_all(0));
     }
-    world_gradients(&l->scene->grid->world_to_index, g, out);
+    world_gradients(&l->scene->volume.grid->world_to_index, g, out);
 }
 
 /* ---- Places ---- */
@@ -182,7 +182,7 @@ typedef struct Place {
 static inline void traversal_find(const Traversal *w, const RayPacket *l, unsigned i, double t, Place *out, double *t0,
                                   double *t1)
 {
-    const VolGrid *grid = l->scene->grid;
+    const VolGrid *grid = l->scene->volume.grid;
     const VolRay *world = &l->rays[i];
     const IndexRay *ray = &w->walk[i].ray;
     double inside = t < world->t1 ? t : nextafter(world->t1, -INFINITY); /* the ray's end belongs to the brick before it */
@@ -229,7 +229,7 @@ static inline void traversal_place_at(const Traversal *w, const RayPacket *l, un
     real p[3];
     for (int a = 0; a < 3; a++) {
         double x = fma(out->t, ray->d[a], ray->o[a] - out->origin[a]);
-        p[a] = settle_run(l->scene->grid, a, out->origin[a], x, 0, 0);
+        p[a] = settle_run(l->scene->volume.grid, a, out->origin[a], x, 0, 0);
     }
     set_cell(out, p);
 }
@@ -237,7 +237,7 @@ static inline void traversal_place_at(const Traversal *w, const RayPacket *l, un
 /* An end of the ray that lies on faces of the domain but for rounding lies on them. */
 static inline void traversal_settle_end(const Traversal *w, const RayPacket *l, unsigned i, Place *place)
 {
-    const VolGrid *grid = l->scene->grid;
+    const VolGrid *grid = l->scene->volume.grid;
     const IndexRay *ray = &w->walk[i].ray;
     int cell[3];
     for (int a = 0; a < 3; a++) {
@@ -296,12 +296,12 @@ static inline real judge_place(const real *voxels, const Place *place)
 
 static inline real traversal_value(const Traversal *w, const RayPacket *l, const Place *place, bool bounded, bool *valid)
 {
-    const VolBrick *brick = &l->scene->grid->bricks[place->brick];
+    const VolBrick *brick = &l->scene->volume.grid->bricks[place->brick];
     *valid = brick->lo <= brick->hi;
     if (!*valid)
         return 0;
     real least, most;
-    const real *voxels = brick_values(l->scene->grid, l->scratch, w->values, place->brick);
+    const real *voxels = brick_values(l->scene->volume.grid, l->scratch, w->values, place->brick);
     real v = interpolate_place(voxels, place, valid, &least, &most);
     if (bounded && place->is_end && *valid)
         return judge_place(voxels, place);
@@ -311,7 +311,7 @@ static inline real traversal_value(const Traversal *w, const RayPacket *l, const
 /* In world space. */
 static inline void traversal_gradient(const Traversal *w, const RayPacket *l, const Place *place, real out[3])
 {
-    const VolGrid *grid = l->scene->grid;
+    const VolGrid *grid = l->scene->volume.grid;
     const real *voxels = brick_gradients(grid, l->scratch, w->gradients, place->brick, place->origin);
     real g[3], least, most;
     bool finite;

@@ -13,11 +13,11 @@ typedef struct IndexRay {
 
 /* Where the ray runs along a plane of voxels and lies in it but for rounding, it lies in it: else what is said of the plane
  * alone, a plateau at an isosurface's value, would be lost to the voxels beside it. */
-static inline IndexRay index_ray(const VolGrid *grid, const VolRay *ray)
+static inline IndexRay index_ray(const VolAffine *world_to_index, const VolRay *ray)
 {
-    const double(*m)[3] = grid->world_to_index.m;
-    VolVec3 o = vol_apply(&grid->world_to_index, ray->origin);
-    VolVec3 d = vol_apply_linear(&grid->world_to_index, ray->direction);
+    const double(*m)[3] = world_to_index->m;
+    VolVec3 o = vol_apply(world_to_index, ray->origin);
+    VolVec3 d = vol_apply_linear(world_to_index, ray->direction);
     IndexRay out = {{o.x, o.y, o.z}, {d.x, d.y, d.z}, {0}};
     for (int a = 0; a < 3; a++) {
         double terms = fabs(ray->origin.x * m[0][a]) + fabs(ray->origin.y * m[1][a]) + fabs(ray->origin.z * m[2][a]);

@@ -8,7 +8,6 @@
 #include "base/mem.h"
 #include "trace/conditioning.h"
 #include "trace/tf_tables.h"
-#include "trace/index_ray.h"
 
 /* Largest radiance that the lights can make of base colour `color`. */
 static double shaded_bound(const VolPrepared *p, double color)
@@ -41,7 +40,7 @@ static void set_bounds(VolPrepared *p)
     const VolTfCompiled *tf = scene->tf;
     bool classic = tf->model == VOL_MODEL_CLASSIC;
     p->shaded = tf->model == VOL_MODEL_HYBRID ? tf->has_surface || tf->isosurface_count : classic && tf->has_scatter;
-    p->nearest_light = 0.5 * scene->grid->voxel;
+    p->nearest_light = 0.5 * vol_volume_voxel(&scene->volume);
     p->color_bound = tf->max_color;
     if (p->shaded)
         p->color_bound = fmax(tf->max_color, classic ? tf->max_color * shaded_bound(p, 1)
@@ -116,8 +115,5 @@ double vol_termination_depth(const VolPrepared *prepared, double length)
 
 bool vol_ray_meets_visible(const VolPrepared *prepared, const VolRay *ray)
 {
-    IndexRay in_index = index_ray(prepared->scene->grid, ray);
-    double t = ray->t0, end = ray->t1;
-    cut_to_visible(&in_index, &prepared->space, &t, &end);
-    return t < end;
+    return vol_empty_space_is_left(prepared->scene, &prepared->space, ray);
 }

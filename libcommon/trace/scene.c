@@ -17,17 +17,19 @@ static void cut(double a, double b, double *t0, double *t1)
 
 bool vol_ray_clip(const VolScene *scene, VolRay *ray)
 {
-    const VolGrid *grid = scene->grid;
-    if (grid->empty)
+    const VolVolume *volume = &scene->volume;
+    double lo[3], hi[3];
+    if (vol_volume_is_empty(volume))
         return false;
-    IndexRay in_index = index_ray(grid, ray);
+    IndexRay in_index = index_ray(vol_volume_to_index(volume), ray);
+    vol_volume_domain(volume, lo, hi);
     for (int a = 0; a < 3; a++) {
         if (in_index.d[a] == 0) {
-            if (!(in_index.o[a] >= grid->domain_min[a] && in_index.o[a] <= grid->domain_max[a]))
+            if (!(in_index.o[a] >= lo[a] && in_index.o[a] <= hi[a]))
                 return false;
             continue;
         }
-        double first = plane_time(&in_index, a, grid->domain_min[a]), second = plane_time(&in_index, a, grid->domain_max[a]);
+        double first = plane_time(&in_index, a, lo[a]), second = plane_time(&in_index, a, hi[a]);
         ray->t0 = fmax(ray->t0, fmin(first, second));
         ray->t1 = fmin(ray->t1, fmax(first, second));
     }

@@ -10,7 +10,7 @@
 #include "tf/preint.h"
 #include "tf/tf.h"
 #include "trace/ray.h"
-#include "volume/grid.h"
+#include "volume/volume.h"
 
 typedef enum VolLightKind { VOL_LIGHT_HEAD, VOL_LIGHT_SUN, VOL_LIGHT_POINT, VOL_LIGHT_SPOT } VolLightKind;
 
@@ -36,7 +36,7 @@ typedef enum VolEstimator {
 } VolEstimator;
 
 typedef struct VolScene {
-    const VolGrid *grid;
+    VolVolume volume;
     double unit; /* of the field here, in units of the user's field; 0 is 1 */
     const VolTfCompiled *tf;
     const VolPreint *preint;         /* of `tf`, for FULL */

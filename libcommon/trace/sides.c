@@ -116,18 +116,12 @@ static bool value_changes(const VolSides *s, double v)
     return !steps_agree(&s->knots, v) || !steps_agree(&s->isosurfaces, v);
 }
 
-bool vol_sides_change(const VolSides *s, const VolGrid *grid, const VolBrick *brick)
+bool vol_sides_change(const VolSides *s, const VolVolume *volume, size_t part)
 {
+    size_t count;
+    const double *values = vol_volume_part_values(volume, part, &count);
     bool changes = false;
-    if (brick->storage != VOL_NO_STORAGE) {
-        const double *values = (const double *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE;
-        for (size_t n = 0; n < VOL_BRICK_VALUES && !changes; n++)
-            changes = value_changes(s, values[n]);
-    } else if (brick->octants) {
-        for (int k = 0; k < 8 && !changes; k++)
-            changes = value_changes(s, grid->octants[brick->octants - 1].value[k]);
-    } else {
-        changes = value_changes(s, brick->uniform);
-    }
+    for (size_t n = 0; n < count && !changes; n++)
+        changes = value_changes(s, values[n]);
     return changes;
 }

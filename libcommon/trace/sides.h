@@ -3,15 +3,15 @@
 #define VOL_TRACE_SIDES_H
 
 #include "base/status.h"
-#include "volume/grid.h"
 #include "tf/tf.h"
+#include "volume/volume.h"
 
 typedef struct VolSides VolSides;
 
 VolStatus vol_sides_new(const VolTfCompiled *tf, VolSides **out, VolError *err);
 void vol_sides_free(VolSides *sides);
 
-/* Whether one of the brick's values is such; of grids of doubles. */
-bool vol_sides_change(const VolSides *sides, const VolGrid *grid, const VolBrick *brick);
+/* Whether one of the part's values is such; of volumes of doubles. */
+bool vol_sides_change(const VolSides *sides, const VolVolume *volume, size_t part);
 
 #endif

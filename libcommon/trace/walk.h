@@ -57,7 +57,7 @@ static inline void walk_locate(Walk *w)
 
 static inline void walk_begin(Walk *w, const VolGrid *grid, const VolEmptySpace *space, const VolRay *world)
 {
-    IndexRay ray = w->ray = index_ray(grid, world);
+    IndexRay ray = w->ray = index_ray(&grid->world_to_index, world);
     finder_begin(&w->finder, grid, space);
     w->t = w->start = world->t0;
     w->end = world->t1;

@@ -210,6 +210,9 @@ double vol_grid_voxel(const VolGrid *grid, int32_t i, int32_t j, int32_t k);
 /* The range of the finite values in the domain; false: there are none. */
 bool vol_grid_range(const VolGrid *grid, double *lo, double *hi);
 
+/* A bound of the change of the value along any straight line of this length, world units: see vol_volume_change(). */
+double vol_grid_change(const VolGrid *grid, double length);
+
 /* Central difference at a voxel, per index step along each axis: one-sided at the faces of a box and where a neighbour is
  * not finite, 0 along thin axes. */
 void vol_grid_voxel_gradient(const VolGrid *grid, int32_t i, int32_t j, int32_t k, double gradient[3]);

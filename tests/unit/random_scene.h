@@ -250,7 +250,7 @@ __attribute__((unused)) static void random_scene(Random *r, int flags, RandomSce
     s->lights[0] = vol_light_head();
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
     s->clip = (VolClip){{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)}, -1};
-    s->scene = (VolScene){.grid = s->grid, .tf = &s->compiled, .lights = s->lights, .skip = true,
+    s->scene = (VolScene){.volume = vol_volume_of_grid(s->grid), .tf = &s->compiled, .lights = s->lights, .skip = true,
                           .preint = &s->tables, .integrals = &s->integrals,
                           .light_count = random_below(r, 2) ? 2 : 1, .clips = &s->clip,
                           .clip_count = (size_t)random_below(r, 2), .step = 0.2,

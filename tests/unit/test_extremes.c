@@ -41,6 +41,7 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
     memset(job, 0, sizeof *job);
     s->exponent = exponent;
     s->grid = random_grid(&r, flags, s);
+    VolVolume volume = vol_volume_of_grid(s->grid);
     random_tf(&r, flags, exponent, job->text, sizeof job->text);
     VolBytes bytes = {(unsigned char *)job->text, strlen(job->text)};
     const VolAppearanceSettings settings = {.full = estimator == VOL_ESTIMATE_FULL,
@@ -48,14 +49,14 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
                                       .nodes = 33, .threads = 1, .cpu = best_cpu};
     VolStatus status = vol_appearance_read(&bytes, "test", NULL, NULL, &job->appearance, &err);
     if (!status)
-        status = vol_appearance_fit(&job->appearance, s->grid, &settings, NULL, &err);
+        status = vol_appearance_fit(&job->appearance, &volume, &settings, NULL, &err);
     if (status) {
         printf("# %s\n# %s\n", err.text, job->text);
         abort();
     }
     s->lights[0] = vol_light_head();
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
-    s->scene = (VolScene){.grid = s->grid, .lights = s->lights, .light_count = random_below(&r, 2) ? 2 : 1, .skip = true,
+    s->scene = (VolScene){.volume = volume, .lights = s->lights, .light_count = random_below(&r, 2) ? 2 : 1, .skip = true,
                           .step = 0.2, .estimator = estimator, .cpu = best_cpu, .layers = 1u << VOL_LAYER_Z};
     s->scene.unit = job->appearance.unit;
     s->scene.tf = vol_appearance_compiled(&job->appearance);
@@ -64,7 +65,7 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
     const VolCameraSettings view = {.width = WIDTH, .height = HEIGHT, .has_eye = true, .has_up = true,
                                     .eye = {random_in(&r, -20, 20), random_in(&r, -20, 20), random_in(&r, -20, 20)},
                                     .up = {0.1, 1, 0.2}, .fov_degrees = 30, .has_look_at = true};
-    if (vol_camera_set(&view, s->grid, &job->camera, NULL))
+    if (vol_camera_set(&view, &volume, &job->camera, NULL))
         abort();
 }
 

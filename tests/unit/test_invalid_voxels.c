@@ -100,8 +100,8 @@ static void scene_of_bricks(Random *r, bool visible, double step, RandomScene *s
         s->hi[a] = VOXELS - 1;
     scene_look(s, text, &(VolPreintOptions){.hi = 1, .n = 32, .step = step, .octaves = 1, .change = INFINITY, .threads = 1});
     s->lights[0] = vol_light_head();
-    s->scene = (VolScene){.grid = s->grid, .tf = &s->compiled, .lights = s->lights, .light_count = 1, .skip = true,
-                          .preint = &s->tables, .integrals = &s->integrals, .step = step};
+    s->scene = (VolScene){.volume = vol_volume_of_grid(s->grid), .tf = &s->compiled, .lights = s->lights, .light_count = 1,
+                          .skip = true, .preint = &s->tables, .integrals = &s->integrals, .step = step};
 }
 
 /* How many rays see something; with and without leaving out the same. */

@@ -346,7 +346,7 @@ static void what_a_ray_passed_counts_however_it_ends(void)
     scene_look(&s, "{\"pellucid\": \"transfer-function/1\", \"particle_step\": 1, \"interpolate\": \"opacity\", "
                    "\"scatter\": [[0.1, 0], [0.25, 0.01], [1, 0.9999]]}",
                &(VolPreintOptions){.hi = 1, .n = 64, .step = 0.5, .octaves = 1, .change = INFINITY, .threads = 1});
-    s.scene = (VolScene){.grid = s.grid, .tf = &s.compiled, .skip = true, .preint = &s.tables,
+    s.scene = (VolScene){.volume = vol_volume_of_grid(s.grid), .tf = &s.compiled, .skip = true, .preint = &s.tables,
                          .integrals = &s.integrals, .step = 0.5};
     for (int e = VOL_ESTIMATE_EXACT; e <= VOL_ESTIMATE_DIRECT; e++) {
         VolScratch scratch;
@@ -405,7 +405,7 @@ static void bench_grid(RandomScene *s)
     }
     if (vol_grid_finish(builder, &s->grid, NULL))
         abort();
-    s->scene.grid = s->grid;
+    s->scene.volume = vol_volume_of_grid(s->grid);
 }
 
 /* Seconds for a square of rays; best of three. */

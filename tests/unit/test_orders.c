@@ -49,7 +49,7 @@ static void make_cell(Random *r, const char *lists, OneCell *cell)
     if (vol_tf_parse(&bytes, "test", &cell->tf, NULL, NULL) || vol_tf_compile(&cell->tf, NULL, &cell->compiled, NULL) ||
         vol_tf_integrals_new(&cell->compiled, &cell->integrals, NULL))
         abort();
-    cell->scene = (VolScene){.grid = cell->grid, .tf = &cell->compiled,
+    cell->scene = (VolScene){.volume = vol_volume_of_grid(cell->grid), .tf = &cell->compiled,
                              .integrals = &cell->integrals, .precise = true, .skip = true};
     if (vol_scene_prepare(&cell->scene, &cell->prepared, NULL))
         abort();

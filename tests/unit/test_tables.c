@@ -7,6 +7,7 @@
 #include "io/exr.h"
 #include "load/tables.h"
 #include "tf/write.h"
+#include "volume/volume.h"
 
 static const char json[] =
     "{\"pellucid\": \"transfer-function/1\", \"particle_step\": 0.25,\n"
@@ -281,9 +282,10 @@ static void test_change_of_a_ramp(void)
         CHECK(vol_grid_leaf(builder, origin, values, NULL, active, &err) == VOL_OK);
     }
     CHECK(vol_grid_finish(builder, &grid, &err) == VOL_OK);
-    CHECK_NEAR(vol_volume_change(grid, 0.1), 0.1 * (1 / 0.5 + 10 / 0.5 + 3 / 2.0), 1e-6, 0);
-    CHECK_NEAR(vol_volume_change(grid, 1e9), 11 * (1 + 10 + 3), 1e-6, 0); /* all there is */
-    vol_grid_free(grid);
+    VolVolume volume = vol_volume_of_grid(grid);
+    CHECK_NEAR(vol_volume_change(&volume, 0.1), 0.1 * (1 / 0.5 + 10 / 0.5 + 3 / 2.0), 1e-6, 0);
+    CHECK_NEAR(vol_volume_change(&volume, 1e9), 11 * (1 + 10 + 3), 1e-6, 0); /* all there is */
+    vol_volume_free(&volume);
 }
 
 int main(void)

@@ -150,7 +150,7 @@ static bool is_ill_conditioned(const char *text)
     VolTfCompiled c = compiled(text);
     uint8_t *seen = malloc(grid->brick_count), *bricks;
     memset(seen, VOL_BRICK_SEEN, grid->brick_count);
-    VolScene scene = {.grid = grid, .tf = &c};
+    VolScene scene = {.volume = vol_volume_of_grid(grid), .tf = &c};
     VolEmptySpace space = {.brick_visible = seen};
     CHECK(vol_conditioning_judge(&scene, &space, false, &bricks, NULL) == VOL_OK);
     bool ill = bricks != NULL;

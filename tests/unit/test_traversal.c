@@ -45,8 +45,8 @@ static void make_scene(const char *model, RandomScene *s, double *extinction)
         s->hi[a] = SIDE - 1;
     scene_look(s, text, &(VolPreintOptions){.hi = 1, .n = 33, .step = 0.3, .octaves = 1, .change = INFINITY, .threads = 1});
     s->lights[0] = vol_light_head();
-    s->scene = (VolScene){.grid = s->grid, .tf = &s->compiled, .lights = s->lights, .light_count = 1, .skip = true,
-                          .preint = &s->tables, .integrals = &s->integrals, .step = 0.3, .cpu = VOL_CPU_SCALAR,
+    s->scene = (VolScene){.volume = vol_volume_of_grid(s->grid), .tf = &s->compiled, .lights = s->lights, .light_count = 1,
+                          .skip = true, .preint = &s->tables, .integrals = &s->integrals, .step = 0.3, .cpu = VOL_CPU_SCALAR,
                           .layers = 1u << VOL_LAYER_Z | 1u << VOL_LAYER_SCATTER};
     const VolTfInterval *in = &s->compiled.intervals[vol_tf_interval(&s->compiled, (double)BOX_VALUE)];
     double x = (double)BOX_VALUE - in->v_ref;

@@ -2,7 +2,7 @@
  * is a mean of the cell's four edges along it. */
 #include <math.h>
 
-#include "load/tables.h"
+#include "volume/grid.h"
 
 static double value_at(const VolGrid *grid, size_t i)
 {
@@ -106,7 +106,7 @@ static void widen_by_node(const VolGrid *grid, const VolNode *node, double most[
     }
 }
 
-double vol_volume_change(const VolGrid *grid, double length)
+double vol_grid_change(const VolGrid *grid, double length)
 {
     double most[3] = {0}, change = 0, lo = INFINITY, hi = -INFINITY;
     for (size_t b = 0; b < grid->brick_count; b++) {

@@ -1,4 +1,4 @@
-#include "load/volume.h"
+#include "load/grids.h"
 
 #include <inttypes.h>
 #include <math.h>
@@ -100,20 +100,20 @@ static VolStatus tile(void *user, const int32_t origin[3], int32_t size, const d
 }
 
 /* What is seen is not all, or nothing: say so. */
-static void warn_of_grid(const VolVdb *vdb, size_t index, bool by_number, const VolGrid *grid, const VolLog *log)
+static void warn_of_grid(const VolVdb *vdb, size_t index, bool by_number, const VolVolume *volume, const VolLog *log)
 {
     char label[VOL_VDB_LABEL];
     const char *name = vol_vdb_entry(vdb, index)->name;
     size_t namesakes = vol_vdb_namesakes(vdb, index);
+    uint64_t bad = vol_volume_counts(volume).bad_voxels;
     vol_vdb_label(vdb, index, label, sizeof label);
     if (namesakes > 1 && !by_number)
         vol_warn(log, "there are %zu grids named '%s'; '%s' is taken (the second is --grid '%s[1]')", namesakes, name, label,
                  name);
-    if (grid->empty)
+    if (vol_volume_is_empty(volume))
         vol_warn(log, "grid '%s' is empty: it has no active voxels", label);
-    if (grid->bad_voxels)
-        vol_warn(log, "grid '%s': %" PRIu64 " voxels are NaN or infinite; the cells around them are left empty", label,
-                 grid->bad_voxels);
+    if (bad)
+        vol_warn(log, "grid '%s': %" PRIu64 " voxels are NaN or infinite; the cells around them are left empty", label, bad);
 }
 
 static VolStatus check_entry(const VolVdbEntry *entry, VolError *err)
@@ -141,10 +141,11 @@ static VolStatus load_entry(const VolVdb *vdb, size_t index, bool wide, bool as_
 }
 
 VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_double, int threads, const VolLog *log,
-                          VolGrid **out, VolError *err)
+                          VolVolume *out, VolError *err)
 {
     size_t index;
-    *out = NULL;
+    VolGrid *grid = NULL;
+    *out = (VolVolume){VOL_VOLUME_NONE};
     VolStatus status = vol_vdb_find(vdb, grid_name, &index, err);
     if (status)
         return status;
@@ -154,14 +155,15 @@ VolStatus vol_load_volume(const VolVdb *vdb, const char *grid_name, bool keep_do
     bool lost = false;
     status = check_entry(entry, err);
     if (!status)
-        status = load_entry(vdb, index, wide, wide && keep_double, threads, out, &lost, err);
+        status = load_entry(vdb, index, wide, wide && keep_double, threads, &grid, &lost, err);
     if (lost)
-        status = load_entry(vdb, index, true, true, threads, out, &lost, err);
+        status = load_entry(vdb, index, true, true, threads, &grid, &lost, err);
     if (status) {
         char label[VOL_VDB_LABEL];
         vol_vdb_label(vdb, index, label, sizeof label);
         return vol_fail_within(err, status, "grid '%s'", label);
     }
-    warn_of_grid(vdb, index, grid_name && strcmp(grid_name, entry->name) != 0, *out, log);
+    *out = vol_volume_of_grid(grid);
+    warn_of_grid(vdb, index, grid_name && strcmp(grid_name, entry->name) != 0, out, log);
     return VOL_OK;
 }
