@@ -32,6 +32,29 @@ static VolStatus set_domain(VolGrid *grid, const VolGridSource *source, VolError
     return VOL_OK;
 }
 
+/* RGB as a single value: the number of that colour, which is a new one where there is none like it yet. */
+static VolStatus number_of_color(VolGrid *grid, const double rgb[3], double *number, VolError *err)
+{
+    float narrow[3];
+    int32_t bits[3];
+    void *color;
+    for (int c = 0; c < 3; c++)
+        narrow[c] = (float)rgb[c] + 0.0f; /* of two zeros the positive one */
+    memcpy(bits, narrow, sizeof bits);
+    VolStatus status = vol_cubes_add(&grid->colors, bits, &color, err);
+    *number = status ? 0 : (double)vol_cubes_number(&grid->colors, color);
+    return status;
+}
+
+static VolStatus set_values(VolGrid *grid, const VolGridSource *source, VolError *err)
+{
+    grid->is_rgb = source->is_rgb;
+    grid->is_double = source->as_double && !source->is_rgb;
+    grid->background = grid->is_double ? source->background : (double)(float)source->background;
+    grid->colors.stride = 3 * sizeof(float);
+    return grid->is_rgb ? number_of_color(grid, source->background_rgb, &grid->background, err) : VOL_OK;
+}
+
 VolStatus vol_grid_begin(const VolGridSource *source, VolGridBuilder **out, VolError *err)
 {
     *out = NULL;
@@ -44,11 +67,11 @@ VolStatus vol_grid_begin(const VolGridSource *source, VolGridBuilder **out, VolE
     }
     builder->source = *source;
     builder->grid = grid;
-    grid->is_double = source->as_double;
-    grid->background = source->as_double ? source->background : (double)(float)source->background;
     grid->index_to_world = source->index_to_world;
     grid->active_voxels = source->active_voxels;
     VolStatus status = set_domain(grid, source, err);
+    if (!status)
+        status = set_values(grid, source, err);
     if (!status && !vol_affine_invert(&source->index_to_world, &grid->world_to_index))
         status = vol_fail(err, VOL_BAD_INPUT, "the grid's transform is singular or not finite");
     grid->roots.stride = sizeof(VolRoot);
@@ -177,7 +200,8 @@ static VolStatus reserve_brick(VolGridBuilder *builder, uint32_t number, VolErro
 {
     VolGrid *grid = builder->grid;
     enum { SLACK = 64 }; /* bytes behind the last brick */
-    size_t size = VOL_BRICK_STRIDE * vol_grid_value_size(grid), count = grid->stored_bricks + 1;
+    size_t size = VOL_BRICK_STRIDE * vol_grid_value_size(grid) * (size_t)vol_grid_planes(grid);
+    size_t count = grid->stored_bricks + 1;
     if (count * size + SLACK > grid->pool.bytes) {
         size_t grown = count < 64 ? 64 : 2 * count;
         if (grown >= UINT32_MAX || !vol_pages_grow(&grid->pool, grown, size))
@@ -195,8 +219,9 @@ VolStatus vol_grid_store_brick(VolGridBuilder *builder, uint32_t number, VolErro
         return VOL_OK;
     VolStatus status = reserve_brick(builder, number, err);
     const VolBrick *brick = &grid->bricks[number];
-    if (!status)
-        vol_grid_fill(grid, vol_grid_voxel_place(grid, brick, 0, 0, 0), VOL_BRICK_VALUES, brick->uniform);
+    for (int c = 0; c < vol_grid_planes(grid) && !status; c++)
+        vol_grid_fill(grid, vol_grid_voxel_place(grid, brick, c, 0, 0, 0), VOL_BRICK_VALUES,
+                      vol_grid_in_plane(grid, brick->uniform, c));
     return status;
 }
 
@@ -213,14 +238,17 @@ VolStatus vol_grid_place(VolGridBuilder *builder, const int32_t origin[3], VolEr
 }
 
 typedef union LeafValues {
-    float floats[512];
+    float floats[3 * 512];
     double doubles[512];
 } LeafValues;
 
-/* The values as the pool holds them. */
+/* The values as the pool holds them, plane after plane. */
 static const void *as_pool(const VolGrid *grid, const float *floats, const double *doubles, LeafValues *converted)
 {
-    if (grid->is_double && floats)
+    if (grid->is_rgb)
+        for (int n = 0; n < 3 * 512; n++)
+            converted->floats[n] = floats[n % 512 * 3 + n / 512];
+    else if (grid->is_double && floats)
         for (int n = 0; n < 512; n++)
             converted->doubles[n] = (double)floats[n];
     else if (!grid->is_double && doubles)
@@ -260,16 +288,18 @@ VolStatus vol_grid_leaf(VolGridBuilder *builder, const int32_t origin[3], const 
     if (status)
         return status;
     LeafValues converted;
-    double wide = grid->background;
-    float narrow = (float)wide;
     const unsigned char *from = as_pool(grid, floats, doubles, &converted);
-    unsigned char *to = vol_grid_voxel_place(grid, &grid->bricks[number], 0, 0, 0);
     if (builder->source.box || builder->source.level_set)
         active = all;
-    if (grid->is_double)
-        copy_rows(to, from, active, sizeof wide, &wide);
-    else
-        copy_rows(to, from, active, sizeof narrow, &narrow);
+    for (int c = 0; c < vol_grid_planes(grid); c++) {
+        double wide = vol_grid_in_plane(grid, grid->background, c);
+        float narrow = (float)wide;
+        unsigned char *to = vol_grid_voxel_place(grid, &grid->bricks[number], c, 0, 0, 0);
+        if (grid->is_double)
+            copy_rows(to, from, active, sizeof wide, &wide);
+        else
+            copy_rows(to, from + (size_t)c * 512 * sizeof narrow, active, sizeof narrow, &narrow);
+    }
     return VOL_OK;
 }
 
@@ -369,25 +399,42 @@ static VolStatus put_large_tile(VolGridBuilder *builder, const int32_t origin[3]
         inside *= (uint64_t)(hi[a] - lo[a]) + 1;
         whole = whole && (grid->domain == VOL_DOMAIN_BOX || (lo[a] >> 7 == origin[a] >> 7 && hi[a] >> 7 == end >> 7));
     }
-    if (!isfinite(grid->bricks[number].uniform))
+    if (!vol_grid_is_finite(grid, grid->bricks[number].uniform))
         builder->bad_in_tiles += inside;
     VolStatus status = size == VOL_ROOT_CELLS && whole ? put_uniform_root(builder, origin, number, err)
                                                        : put_uniform_nodes(builder, lo, hi, number, err);
     return status ? status : repeat_below_thin(builder, origin, size, number, err);
 }
 
-VolStatus vol_grid_tile(VolGridBuilder *builder, const int32_t origin[3], int32_t size, double value, bool active,
-                        VolError *err)
+static bool tile_counts(const VolGridBuilder *builder, bool active)
 {
-    VolGrid *grid = builder->grid;
-    if (!active && !builder->source.box && !builder->source.level_set)
-        return VOL_OK;
-    value = as_stored(grid, value);
-    if (value == grid->background)
+    return active || builder->source.box || builder->source.level_set;
+}
+
+/* Of a single value as it is stored. */
+static VolStatus put_tile(VolGridBuilder *builder, const int32_t origin[3], int32_t size, double value, VolError *err)
+{
+    if (value == builder->grid->background)
         return VOL_OK;
     if (size == VOL_BRICK_CELLS)
         return put_small_tile(builder, origin, value, err);
     uint32_t number;
     VolStatus status = new_shared_brick(builder, value, &number, err);
     return status ? status : put_large_tile(builder, origin, size, number, err);
+}
+
+VolStatus vol_grid_tile(VolGridBuilder *builder, const int32_t origin[3], int32_t size, double value, bool active,
+                        VolError *err)
+{
+    return tile_counts(builder, active) ? put_tile(builder, origin, size, as_stored(builder->grid, value), err) : VOL_OK;
+}
+
+VolStatus vol_grid_tile_rgb(VolGridBuilder *builder, const int32_t origin[3], int32_t size, const double rgb[3],
+                            bool active, VolError *err)
+{
+    double value;
+    if (!tile_counts(builder, active))
+        return VOL_OK;
+    VolStatus status = number_of_color(builder->grid, rgb, &value, err);
+    return status ? status : put_tile(builder, origin, size, value, err);
 }

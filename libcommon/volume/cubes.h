@@ -23,6 +23,11 @@ VolStatus vol_cubes_add(VolCubes *cubes, const int32_t at[3], void **out, VolErr
 
 static inline void *vol_cubes_item(const VolCubes *cubes, size_t n) { return cubes->items + n * cubes->stride; }
 
+static inline size_t vol_cubes_number(const VolCubes *cubes, const void *item)
+{
+    return (size_t)((const unsigned char *)item - cubes->items) / cubes->stride;
+}
+
 void vol_cubes_free(VolCubes *cubes);
 
 /* Well mixed. */

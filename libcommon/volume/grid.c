@@ -114,17 +114,26 @@ int vol_grid_empty_around(const VolGrid *grid, const int32_t node_at[3])
 
 static int32_t clamp(int32_t v, int32_t lo, int32_t hi) { return v < lo ? lo : v > hi ? hi : v; }
 
-double vol_grid_voxel(const VolGrid *grid, int32_t i, int32_t j, int32_t k)
+/* Of one plane. */
+static double voxel(const VolGrid *grid, int plane, int32_t i, int32_t j, int32_t k)
 {
     int32_t at[3] = {i, j, k};
     for (int a = 0; a < 3; a++) {
         int32_t inside = clamp(at[a], grid->voxel_min[a], grid->voxel_max[a]);
         if (inside != at[a] && grid->domain == VOL_DOMAIN_SPARSE)
-            return grid->background;
+            return vol_grid_in_plane(grid, grid->background, plane);
         at[a] = inside;
     }
     const VolBrick *brick = &grid->bricks[vol_grid_brick_at(grid, at[0], at[1], at[2])];
-    return vol_grid_stored_value(grid, brick, at[0] & 7, at[1] & 7, at[2] & 7);
+    return vol_grid_held(grid, brick, plane, at[0] & 7, at[1] & 7, at[2] & 7);
+}
+
+double vol_grid_voxel(const VolGrid *grid, int32_t i, int32_t j, int32_t k) { return voxel(grid, 0, i, j, k); }
+
+void vol_grid_voxel_rgb(const VolGrid *grid, int32_t i, int32_t j, int32_t k, double rgb[3])
+{
+    for (int c = 0; c < 3; c++)
+        rgb[c] = voxel(grid, c, i, j, k);
 }
 
 void vol_grid_voxel_gradient(const VolGrid *grid, int32_t i, int32_t j, int32_t k, double gradient[3])
@@ -203,6 +212,7 @@ void vol_grid_free(VolGrid *grid)
     free(grid->hash);
     free(grid->bricks);
     free(grid->octants);
+    vol_cubes_free(&grid->colors);
     vol_cubes_free(&grid->roots);
     vol_cubes_free(&grid->occupied);
     vol_pages_free(&grid->pool);

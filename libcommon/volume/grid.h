@@ -1,4 +1,4 @@
-/* The sparse scalar field that rays use.
+/* The sparse field that rays use: of one number per voxel, or of three floats (RGB: light, colour).
  *
  * Voxels are kept in bricks of 8^3 cells, that is 9^3 voxels: the last layer of each axis repeats the first of the next
  * brick, so that a cell never needs a second look-up.  z is fastest, as in OpenVDB's leaves: the two corners of a cell
@@ -11,6 +11,10 @@
  * kinds at most, are named by which of the three axes they are last along.  A brick that ends in other blocks' single
  * values is itself no more than its own value and those of the seven bricks above: its octants.
  *
+ * RGB lies in planes: a brick's red values, then its green ones, then its blue ones, each as a scalar brick's.  A single
+ * value - of a brick, an octant, the background - is then the number of one of the grid's colours, so that all that deals
+ * with single values deals with numbers alike.
+ *
  * Index space: voxel (i, j, k) has its value at the point (i, j, k).  Cell (i, j, k) lies between voxels i and i+1 etc. */
 #ifndef VOL_VOLUME_GRID_H
 #define VOL_VOLUME_GRID_H
@@ -18,6 +22,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "base/mem.h"
 #include "base/status.h"
@@ -42,14 +47,14 @@ enum {
 
 typedef struct VolBrick {
     double lo, hi;    /* range of the finite values of its 9^3 voxels inside the domain; lo > hi: there are none */
-    double uniform;   /* the value of its first 8^3 voxels, where it has no storage */
+    double uniform;   /* the single value of its first 8^3 voxels, where it has no storage */
     uint32_t storage; /* place in the pool of values, or VOL_NO_STORAGE */
     bool invalid : 1;   /* some voxel is NaN or infinite: the cells around it are empty */
     bool shared : 1;  /* it stands in more than one place */
     uint32_t octants : 30; /* without storage: its last layers, place in the grid's octants + 1; 0: they are uniform too */
 } VolBrick;
 
-/* By octant (4: last along x, 2: along y, 1: along z), the value of a brick's own voxels and of its last layers. */
+/* By octant (4: last along x, 2: along y, 1: along z), the single value of a brick's own voxels and of its last layers. */
 typedef struct VolOctants {
     double value[8];
 } VolOctants;
@@ -75,8 +80,10 @@ typedef enum VolDomainKind {
 
 typedef struct VolGrid {
     bool is_double;           /* values are double, else float */
-    void *values;             /* the pool: brick b's voxel (x, y, z) at storage*STRIDE + (x*9 + y)*9 + z.  Bricks begin at
-                               * multiples of 64 bytes; at least 64 bytes behind the last one may be read. */
+    bool is_rgb;              /* three per voxel */
+    VolCubes colors;          /* of RGB: those that are single values; `at` is the three floats' bits */
+    void *values;             /* the pool: brick b's voxel (x, y, z) at (storage*planes + plane)*STRIDE + (x*9 + y)*9 + z.
+                               * Bricks begin at multiples of 64 bytes; at least 64 bytes behind the last one may be read. */
     VolPages pool;            /* where `values` lies */
     size_t stored_bricks;
     VolBrick *bricks;         /* brick 0: the background */
@@ -95,14 +102,14 @@ typedef struct VolGrid {
 
     VolAffine index_to_world, world_to_index;
     double voxel;             /* length of the shortest basis vector */
-    double background;
+    double background;        /* a single value */
     VolDomainKind domain;
     int32_t voxel_min[3], voxel_max[3]; /* voxels that carry values of their own: the box, or the active bounding box */
     double domain_min[3], domain_max[3]; /* index space, closed */
     int32_t cell_min[3], cell_max[3];   /* cells that the domain touches, inclusive */
     bool thin[3];             /* a box of one voxel along this axis: constant along it, gradient 0 */
     bool empty;               /* nothing active */
-    uint64_t bad_voxels;      /* NaN or infinite, inside the domain */
+    uint64_t bad_voxels;      /* NaN or infinite, or one of the three is, inside the domain */
     uint64_t active_voxels;
 } VolGrid;
 
@@ -111,6 +118,8 @@ typedef struct VolGrid {
 typedef struct VolGridSource {
     VolAffine index_to_world;
     double background;
+    bool is_rgb;              /* three floats per voxel; `background_rgb` counts then, and `as_double` does not */
+    double background_rgb[3];
     bool level_set;           /* inactive voxels of a sparse grid keep their values (their sign is meant) */
     bool box;                 /* inactive voxels inside count with their values */
     int32_t box_min[3], box_max[3]; /* the box, or the active bounding box; where nothing is active any one voxel */
@@ -129,19 +138,23 @@ VolStatus vol_grid_begin(const VolGridSource *source, VolGridBuilder **out, VolE
  * them in any order and from several threads at once. */
 VolStatus vol_grid_place(VolGridBuilder *builder, const int32_t origin[3], VolError *err);
 
-/* 8^3 values, z fastest; bit n of `active` belongs to value n.  Exactly one of the two value pointers is not NULL. */
+/* 8^3 values, z fastest; bit n of `active` belongs to value n.  Exactly one of the two value pointers is not NULL; of RGB it
+ * is `floats`, three for each voxel. */
 VolStatus vol_grid_leaf(VolGridBuilder *builder, const int32_t origin[3], const float *floats, const double *doubles,
                         const uint64_t active[8], VolError *err);
 /* A cube of 8, 128 or 4096 voxels. */
 VolStatus vol_grid_tile(VolGridBuilder *builder, const int32_t origin[3], int32_t size, double value, bool active,
                         VolError *err);
 
+VolStatus vol_grid_tile_rgb(VolGridBuilder *builder, const int32_t origin[3], int32_t size, const double rgb[3],
+                            bool active, VolError *err);
+
 /* Fills the shared layers and the ranges, and ends the builder, also on failure. */
 VolStatus vol_grid_finish(VolGridBuilder *builder, VolGrid **out, VolError *err);
 void vol_grid_builder_free(VolGridBuilder *builder);
 void vol_grid_free(VolGrid *grid);
 
-/* All values times 2^exponent; those that would not be finite any more become the largest that are. */
+/* All values times 2^exponent; those that would not be finite any more become the largest that are.  Not of RGB. */
 void vol_grid_rescale(VolGrid *grid, int exponent);
 
 /* ---- Looking up ---- */
@@ -150,6 +163,19 @@ void vol_grid_rescale(VolGrid *grid, int exponent);
 static inline bool vol_brick_is_uniform(const VolBrick *brick)
 {
     return brick->storage == VOL_NO_STORAGE && !brick->octants;
+}
+
+/* How many numbers there are per voxel. */
+static inline int vol_grid_planes(const VolGrid *grid) { return grid->is_rgb ? 3 : 1; }
+
+/* What plane `plane` holds where there is this single value. */
+static inline double vol_grid_in_plane(const VolGrid *grid, double value, int plane)
+{
+    float of_color[3];
+    if (!grid->is_rgb)
+        return value;
+    memcpy(of_color, vol_cubes_item(&grid->colors, (size_t)value), sizeof of_color);
+    return (double)of_color[plane];
 }
 
 /* vol_grid_node() where there is no table. */
@@ -206,8 +232,9 @@ static inline uint32_t vol_grid_brick_at(const VolGrid *grid, int32_t i, int32_t
 
 /* The value of one voxel, clamped into the box of a box domain; background outside a sparse one. */
 double vol_grid_voxel(const VolGrid *grid, int32_t i, int32_t j, int32_t k);
+void vol_grid_voxel_rgb(const VolGrid *grid, int32_t i, int32_t j, int32_t k, double rgb[3]);
 
-/* The range of the finite values in the domain; false: there are none. */
+/* The range of the finite values in the domain (of RGB: of all three); false: there are none. */
 bool vol_grid_range(const VolGrid *grid, double *lo, double *hi);
 
 /* A bound of the change of the value along any straight line of this length, world units: see vol_volume_change(). */

@@ -2,6 +2,8 @@
 #ifndef VOL_VOLUME_GRID_INTERNAL_H
 #define VOL_VOLUME_GRID_INTERNAL_H
 
+#include <math.h>
+
 #include "base/mem.h"
 #include "volume/grid.h"
 
@@ -70,24 +72,37 @@ static inline bool vol_grid_in_domain(const VolGrid *grid, const int32_t at[3], 
 static inline size_t vol_grid_value_size(const VolGrid *grid) { return grid->is_double ? sizeof(double) : sizeof(float); }
 
 /* Voxel (x, y, z) of a brick that has storage. */
-static inline unsigned char *vol_grid_voxel_place(const VolGrid *grid, const VolBrick *brick, int x, int y, int z)
+static inline unsigned char *vol_grid_voxel_place(const VolGrid *grid, const VolBrick *brick, int plane, int x, int y,
+                                                  int z)
 {
-    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE + (size_t)((x * VOL_BRICK_SIDE + y) * VOL_BRICK_SIDE + z);
+    size_t before = ((size_t)brick->storage * (size_t)vol_grid_planes(grid) + (size_t)plane) * VOL_BRICK_STRIDE;
+    size_t at = before + (size_t)((x * VOL_BRICK_SIDE + y) * VOL_BRICK_SIDE + z);
     return (unsigned char *)grid->values + at * vol_grid_value_size(grid);
 }
 
-/* Voxel (x, y, z) of a brick, 0 to 8. */
-static inline double vol_grid_stored_value(const VolGrid *grid, const VolBrick *brick, int x, int y, int z)
+/* What a plane of a brick holds at voxel (x, y, z), 0 to 8. */
+static inline double vol_grid_held(const VolGrid *grid, const VolBrick *brick, int plane, int x, int y, int z)
 {
     if (vol_brick_is_uniform(brick))
-        return brick->uniform;
-    if (brick->storage == VOL_NO_STORAGE)
-        return grid->octants[brick->octants - 1].value[(x >> 3) * 4 + (y >> 3) * 2 + (z >> 3)];
-    const void *place = vol_grid_voxel_place(grid, brick, x, y, z);
+        return vol_grid_in_plane(grid, brick->uniform, plane);
+    if (brick->storage == VOL_NO_STORAGE) {
+        const double *octant = grid->octants[brick->octants - 1].value;
+        return vol_grid_in_plane(grid, octant[(x >> 3) * 4 + (y >> 3) * 2 + (z >> 3)], plane);
+    }
+    const void *place = vol_grid_voxel_place(grid, brick, plane, x, y, z);
     return grid->is_double ? *(const double *)place : (double)*(const float *)place;
 }
 
-/* `value` as the pool holds it, `count` times. */
+/* Whether a single value is finite, all of it. */
+static inline bool vol_grid_is_finite(const VolGrid *grid, double value)
+{
+    bool finite = true;
+    for (int c = 0; c < vol_grid_planes(grid); c++)
+        finite = finite && isfinite(vol_grid_in_plane(grid, value, c));
+    return finite;
+}
+
+/* `value` as the pool holds it, `count` times: of one plane. */
 static inline void vol_grid_fill(const VolGrid *grid, void *to, size_t count, double value)
 {
     float narrow = (float)value;

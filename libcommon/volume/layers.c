@@ -23,6 +23,13 @@
 
 /* ---- Bricks that need storage ---- */
 
+static void copy_voxel(const VolGrid *grid, const VolBrick *from, const int p[3], const VolBrick *to, const int q[3])
+{
+    for (int c = 0; c < vol_grid_planes(grid); c++)
+        vol_grid_fill(grid, vol_grid_voxel_place(grid, to, c, q[0], q[1], q[2]), 1,
+                      vol_grid_held(grid, from, c, p[0], p[1], p[2]));
+}
+
 /* Box domains of one voxel along an axis: the field is constant along it, so the voxels on either side repeat it. */
 static VolStatus widen_thin_axes(VolGridBuilder *builder, VolError *err)
 {
@@ -50,8 +57,7 @@ static VolStatus widen_thin_axes(VolGridBuilder *builder, VolError *err)
                         q[a] = (layer + side) & 7;
                         p[(a + 1) % 3] = q[(a + 1) % 3] = u >> 3;
                         p[(a + 2) % 3] = q[(a + 2) % 3] = u & 7;
-                        double v = vol_grid_stored_value(grid, &grid->bricks[n], p[0], p[1], p[2]);
-                        vol_grid_fill(grid, vol_grid_voxel_place(grid, &grid->bricks[to], q[0], q[1], q[2]), 1, v);
+                        copy_voxel(grid, &grid->bricks[n], p, &grid->bricks[to], q);
                     }
                 }
     }
@@ -78,41 +84,49 @@ static inline void copy_layer(unsigned char *to, const unsigned char *from, bool
         }
 }
 
+static void copy_layer_of_plane(const VolGrid *grid, const VolBrick *brick, const VolBrick *above, int plane,
+                                const int step[3])
+{
+    unsigned char *to = vol_grid_voxel_place(grid, brick, plane, 0, 0, 0);
+    bool uniform = above->storage == VOL_NO_STORAGE;
+    union {
+        float floats[8];
+        double doubles[8];
+    } same; /* a row of what a uniform brick holds */
+    const unsigned char *from = (const unsigned char *)&same;
+    if (uniform)
+        vol_grid_fill(grid, &same, 8, vol_grid_in_plane(grid, above->uniform, plane));
+    else
+        from = vol_grid_voxel_place(grid, above, plane, 0, 0, 0);
+    if (grid->is_double)
+        copy_layer(to, from, uniform, step, sizeof(double));
+    else
+        copy_layer(to, from, uniform, step, sizeof(float));
+}
+
 static void copy_layers(const VolGrid *grid, const VolBrick *brick, const int32_t at[3])
 {
-    unsigned char *to = vol_grid_voxel_place(grid, brick, 0, 0, 0);
     for (int n = 1; n < 8; n++) {
         int step[3];
         vol_grid_step(n, step);
         const VolBrick *above =
             &grid->bricks[vol_grid_brick_number(grid, at[0] + step[0], at[1] + step[1], at[2] + step[2])];
-        bool uniform = above->storage == VOL_NO_STORAGE;
-        union {
-            float floats[8];
-            double doubles[8];
-        } same; /* a row of what a uniform brick holds */
-        const unsigned char *from = (const unsigned char *)&same;
-        if (uniform)
-            vol_grid_fill(grid, &same, 8, above->uniform);
-        else
-            from = vol_grid_voxel_place(grid, above, 0, 0, 0);
-        if (grid->is_double)
-            copy_layer(to, from, uniform, step, sizeof(double));
-        else
-            copy_layer(to, from, uniform, step, sizeof(float));
+        for (int c = 0; c < vol_grid_planes(grid); c++)
+            copy_layer_of_plane(grid, brick, above, c, step);
     }
 }
 
 /* Range over the voxels that cells inside the domain use; how many of the brick's own are not finite. */
 static uint64_t take_range(const VolGrid *grid, VolBrick *brick, const int32_t at[3])
 {
-    const void *values = vol_grid_voxel_place(grid, brick, 0, 0, 0);
+    const void *values = vol_grid_voxel_place(grid, brick, 0, 0, 0, 0);
     bool whole = true;
     for (int a = 0; a < 3; a++)
         whole = whole && grid->cell_min[a] <= at[a] * VOL_BRICK_CELLS && grid->cell_max[a] >= at[a] * VOL_BRICK_CELLS + 7;
     if (grid->is_double)
-        return whole && whole_range_of_doubles(values, brick) ? 0 : range_of_doubles(grid, values, at, brick);
-    return whole && whole_range_of_floats(values, brick) ? 0 : range_of_floats(grid, values, at, brick);
+        return whole && whole_range_of_doubles(values, 1, brick) ? 0 : range_of_doubles(grid, values, at, brick);
+    whole = whole && whole_range_of_floats(values, vol_grid_planes(grid), brick);
+    return whole ? 0 : range_of_floats(grid, values, at, brick);
 }
 
 /* Voxels of a brick's own that are in the domain. */
@@ -137,16 +151,17 @@ static uint64_t take_octants_range(const VolGrid *grid, VolBrick *brick, const B
     brick->lo = INFINITY;
     brick->hi = -INFINITY;
     for (unsigned k = 0; k < 8; k++) {
-        double v = brick->octants ? grid->octants[brick->octants - 1].value[k] : brick->uniform;
-        if (k & beyond)
-            continue;
-        if (isfinite(v)) {
-            brick->lo = fmin(brick->lo, v) + 0.0;
-            brick->hi = fmax(brick->hi, v) + 0.0;
-        } else
-            brick->invalid = true;
+        double value = brick->octants ? grid->octants[brick->octants - 1].value[k] : brick->uniform;
+        for (int c = 0; c < vol_grid_planes(grid) && !(k & beyond); c++) {
+            double v = vol_grid_in_plane(grid, value, c);
+            if (isfinite(v)) {
+                brick->lo = fmin(brick->lo, v) + 0.0;
+                brick->hi = fmax(brick->hi, v) + 0.0;
+            } else
+                brick->invalid = true;
+        }
     }
-    return brick->shared || isfinite(brick->uniform) ? 0 : own_voxels(grid, place->at);
+    return brick->shared || vol_grid_is_finite(grid, brick->uniform) ? 0 : own_voxels(grid, place->at);
 }
 
 enum { BRICKS_PER_ITEM = 256 };

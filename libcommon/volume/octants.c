@@ -180,6 +180,14 @@ static NodeBefore node_before(const VolGrid *grid, const int32_t at[3])
     return (NodeBefore){NULL, root_brick(grid, (int32_t[3]){at[0] >> SHIFT, at[1] >> SHIFT, at[2] >> SHIFT})};
 }
 
+static bool voxel_differs(const VolGrid *grid, const VolBrick *brick, int x, int y, int z, double value)
+{
+    bool differs = false;
+    for (int c = 0; c < vol_grid_planes(grid); c++)
+        differs = differs || !(vol_grid_held(grid, brick, c, x, y, z) == vol_grid_in_plane(grid, value, c));
+    return differs;
+}
+
 /* Whether some voxel that brick `number` shares with its neighbour `step` below differs from `value`. */
 static bool layer_differs(const VolGrid *grid, uint32_t number, const int step[3], double value)
 {
@@ -189,7 +197,7 @@ static bool layer_differs(const VolGrid *grid, uint32_t number, const int step[3
     for (int x = 0; x < (step[0] ? 1 : 8); x++)
         for (int y = 0; y < (step[1] ? 1 : 8); y++)
             for (int z = 0; z < (step[2] ? 1 : 8); z++)
-                if (!(vol_grid_stored_value(grid, brick, x, y, z) == value))
+                if (voxel_differs(grid, brick, x, y, z, value))
                     return true;
     return false;
 }

@@ -13,7 +13,7 @@ static const VolAffine identity = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}}
 /* What a brick holds at (x, y, z), 0..8. */
 static double held(const VolGrid *grid, uint32_t number, int x, int y, int z)
 {
-    return vol_grid_stored_value(grid, &grid->bricks[number], x, y, z);
+    return vol_grid_held(grid, &grid->bricks[number], 0, x, y, z);
 }
 
 static bool same(double a, double b) { return a == b || (isnan(a) && isnan(b)); }

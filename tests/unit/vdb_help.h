@@ -53,13 +53,14 @@ static VolBytes finish(VolVdbWriter *writer)
 static VolStatus see_leaf(void *user, const int32_t origin[3], const float *floats, const double *doubles,
                           const uint64_t active[8], VolError *e);
 
-static VolStatus see_float(void *user, const int32_t origin[3], const float *values, const uint64_t active[8], VolError *e)
+__attribute__((unused)) static VolStatus see_float(void *user, const int32_t origin[3], const float *values,
+                                                   const uint64_t active[8], VolError *e)
 {
     return see_leaf(user, origin, values, NULL, active, e);
 }
 
-static VolStatus see_double(void *user, const int32_t origin[3], const double *values, const uint64_t active[8],
-                            VolError *e)
+__attribute__((unused)) static VolStatus see_double(void *user, const int32_t origin[3], const double *values,
+                                                    const uint64_t active[8], VolError *e)
 {
     return see_leaf(user, origin, NULL, values, active, e);
 }
