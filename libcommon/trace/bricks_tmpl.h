@@ -5,7 +5,7 @@
  * store is given to another brick only while no lane is in it.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    brick_values(), brick_gradients(), scratch_zeros() */
+ * PROVIDES    brick_planes(), brick_values(), brick_gradients(), scratch_zeros() */
 #ifndef VOL_TRACE_BRICKS_TMPL_H
 #define VOL_TRACE_BRICKS_TMPL_H
 
@@ -43,20 +43,24 @@ static inline bool store_place(VolBrickStore *store, size_t size, const real *co
     return false;
 }
 
-/* A brick's voxels where the pool holds them as the kernel needs them, else NULL. */
-static inline const real *pooled_values(const VolGrid *grid, const VolBrick *brick)
+/* A brick's planes where the pool holds them as the kernel needs them, else NULL. */
+static inline const real *pooled_planes(const VolGrid *grid, const VolBrick *brick, int planes)
 {
     if (brick->storage == VOL_NO_STORAGE || grid->is_double != (sizeof(real) == sizeof(double)))
         return NULL;
-    return (const real *)grid->values + (size_t)brick->storage * VOL_BRICK_STRIDE;
+    return (const real *)grid->values + (size_t)brick->storage * (size_t)planes * VOL_BRICK_STRIDE;
 }
 
-/* A brick of one value, or of one in each octant. */
-static inline void unfold_brick(const VolGrid *grid, const VolBrick *brick, real *out)
+static inline const real *pooled_values(const VolGrid *grid, const VolBrick *brick) { return pooled_planes(grid, brick, 1); }
+
+/* A plane of a brick of one value, or of one in each octant. */
+static inline void unfold_brick(const VolGrid *grid, const VolBrick *brick, int plane, real *out)
 {
     real value[8];
-    for (int k = 0; k < 8; k++)
-        value[k] = (real)(brick->octants ? grid->octants[brick->octants - 1].value[k] : brick->uniform);
+    for (int k = 0; k < 8; k++) {
+        double single = brick->octants ? grid->octants[brick->octants - 1].value[k] : brick->uniform;
+        value[k] = (real)vol_grid_in_plane(grid, single, plane);
+    }
     for (int x = 0; x < VOL_BRICK_SIDE; x++)
         for (int y = 0; y < VOL_BRICK_SIDE; y++) {
             int k = x / VOL_BRICK_CELLS * 4 + y / VOL_BRICK_CELLS * 2;
@@ -66,25 +70,34 @@ static inline void unfold_brick(const VolGrid *grid, const VolBrick *brick, real
         }
 }
 
-static inline const real *brick_values(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
-                                       uint32_t number)
+/* A brick's voxels, plane after plane; `store` is for bricks of this grid alone. */
+static inline const real *brick_planes(const VolGrid *grid, VolBrickStore *store, const real *const in_use[LANES],
+                                       uint32_t number, int planes)
 {
     const VolBrick *brick = &grid->bricks[number];
-    const real *pooled = pooled_values(grid, brick);
+    const real *pooled = pooled_planes(grid, brick, planes);
     if (pooled)
         return pooled;
     real *out;
-    if (store_place(&scratch->values, VOL_BRICK_STRIDE, in_use, number + 1, &out))
+    if (store_place(store, (size_t)planes * VOL_BRICK_STRIDE, in_use, number + 1, &out))
         return out;
-    if (brick->storage == VOL_NO_STORAGE) {
-        unfold_brick(grid, brick, out);
-        return out;
+    for (int c = 0; c < planes; c++) {
+        real *plane = out + c * VOL_BRICK_STRIDE;
+        size_t at = ((size_t)brick->storage * (size_t)planes + (size_t)c) * VOL_BRICK_STRIDE;
+        if (brick->storage == VOL_NO_STORAGE)
+            unfold_brick(grid, brick, c, plane);
+        else
+            for (size_t n = 0; n < VOL_BRICK_VALUES; n++)
+                plane[n] = (real)(grid->is_double ? ((const double *)grid->values)[at + n]
+                                                  : (double)((const float *)grid->values)[at + n]);
     }
-    size_t at = (size_t)brick->storage * VOL_BRICK_STRIDE;
-    for (size_t n = 0; n < VOL_BRICK_VALUES; n++)
-        out[n] = (real)(grid->is_double ? ((const double *)grid->values)[at + n]
-                                        : (double)((const float *)grid->values)[at + n]);
     return out;
+}
+
+static inline const real *brick_values(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
+                                       uint32_t number)
+{
+    return brick_planes(grid, &scratch->values, in_use, number, 1);
 }
 
 /* ---- Gradients ---- */
@@ -276,7 +289,7 @@ ALWAYS_INLINE void store_changes(const real *before, const real *after, real *ou
 ALWAYS_INLINE void differences_among_bricks(const real *here, const real *below, const real *above, int axis, real *out)
 {
     const int step = place_step[axis], last = VOL_BRICK_CELLS * step, across = place_step[axis == 0 ? 1 : 0];
-    /* In one go: what comes out at the first and the last plane, or behind the voxels, is no difference of neighbours. */
+    /* All in one sweep; at the first and the last plane it leaves numbers without meaning, which the loop below replaces. */
     for (int i = step; i < VOL_BRICK_VALUES - step; i += 8)
         store_changes(here + i - step, here + i + step, out + i);
     const real *before = below + last - step, *after = above + step;

@@ -4,12 +4,19 @@
 
 #include "base/mem.h"
 
-static bool store_new(VolBrickStore *store, size_t places, size_t size)
+bool vol_brick_store_new(VolBrickStore *store, size_t places, size_t size)
 {
-    store->numbers = vol_alloc(places, size);
+    store->numbers = vol_alloc_zero(places, size);
     store->key = vol_alloc_zero(places, sizeof *store->key);
     store->places = places;
     return store->numbers && store->key;
+}
+
+void vol_brick_store_free(VolBrickStore *store)
+{
+    free(store->numbers);
+    free(store->key);
+    *store = (VolBrickStore){0};
 }
 
 static VolStatus scratch_of_precision(const VolPrepared *prepared, size_t real_size, VolScratch *out, VolError *err)
@@ -18,8 +25,8 @@ static VolStatus scratch_of_precision(const VolPrepared *prepared, size_t real_s
     size_t size = real_size * VOL_BRICK_STRIDE;
     *out = (VolScratch){0};
     out->zeros = vol_alloc_zero(3, size);
-    bool made = out->zeros && store_new(&out->values, VALUES, size) &&
-                (!prepared->shaded || store_new(&out->gradients, GRADIENTS, 3 * size));
+    bool made = out->zeros && vol_brick_store_new(&out->values, VALUES, size) &&
+                (!prepared->shaded || vol_brick_store_new(&out->gradients, GRADIENTS, 3 * size));
     return made ? VOL_OK : vol_fail_memory(err, GRADIENTS * 3 * size);
 }
 
@@ -41,10 +48,8 @@ void vol_scratch_free(VolScratch *scratch)
     if (scratch->in_double)
         vol_scratch_free(scratch->in_double);
     free(scratch->in_double);
-    free(scratch->values.numbers);
-    free(scratch->values.key);
-    free(scratch->gradients.numbers);
-    free(scratch->gradients.key);
+    vol_brick_store_free(&scratch->values);
+    vol_brick_store_free(&scratch->gradients);
     free(scratch->zeros);
     *scratch = (VolScratch){0};
 }

@@ -19,6 +19,9 @@ typedef struct VolBrickStore {
     size_t places;
 } VolBrickStore;
 
+bool vol_brick_store_new(VolBrickStore *store, size_t places, size_t size); /* false: no memory; free it all the same */
+void vol_brick_store_free(VolBrickStore *store);
+
 /* A thread's working memory, and what it counted. */
 typedef struct VolScratch {
     VolBrickStore values;    /* VOL_BRICK_STRIDE numbers each */
