@@ -158,7 +158,11 @@ ALWAYS_INLINE reals reals_exp(reals x)
 #ifdef VOL_DOUBLE
 /* ---- Without fused operations, which machines without AVX2 do by hand ---- */
 
-/* exp(-t), t >= 0: as reals_exp, each product rounded; below 2 ulp, never 0. */
+/* exp(-t), t >= 0: as reals_exp, each product rounded; below 2 ulp, never 0.
+ *
+ * Neither can stand in for the other.  Ray kernels rely on the accuracy of the fused one and on its 0 for what is opaque.
+ * Tables are built on any machine, to the same bytes, and take exp(-t) at nearly every entry: where there is no fused
+ * multiply-add, doing it by hand takes many times as long as a product and a sum. */
 ALWAYS_INLINE reals reals_exp_unfused(reals t)
 {
     const reals magic = reals_all(0x1.8p52);

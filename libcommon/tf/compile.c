@@ -269,7 +269,7 @@ static void surface_color_at(const VolTfNodes *surface, double v, double out[3])
 static VolIsosurface delta_of(const VolTf *tf, const VolTfIsosurface *from)
 {
     VolIsosurface to = {.value = from->value, .opacity = from->opacity};
-    to.mu = from->opacity < 1 ? -vol_log1p(-from->opacity) : INFINITY;
+    to.optical_depth = from->opacity < 1 ? -vol_log1p(-from->opacity) : INFINITY;
     static const VolTfNodes none;
     if (from->color_given)
         for (int c = 0; c < 3; c++)

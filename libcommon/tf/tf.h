@@ -85,7 +85,7 @@ typedef struct VolTfInterval {
 
 typedef struct VolIsosurface { /* a Dirac isosurface */
     double value, opacity, color[3];
-    double mu; /* -log1p(-opacity); INFINITY where opacity is 1 */
+    double optical_depth; /* -log1p(-opacity); INFINITY where opacity is 1 */
 } VolIsosurface;
 
 typedef struct VolTfCompiled {

@@ -29,7 +29,7 @@ typedef struct Light {
 
 /* ---- Sums ---- */
 
-/* Into the rays' results, to what may be there already. */
+/* Adds the sums to the rays' results. */
 static inline void store_sums(const Accumulator *sum, const RayPacket *l)
 {
     for (size_t i = 0; i < l->count; i++) {
@@ -50,7 +50,7 @@ static inline void optical_depths_of(const Accumulator *sum, unsigned i, unsigne
         optical_depth[c] = doubles_lane(&sum->optical_depth[c], (int)i);
 }
 
-/* The layers' share of what is seen: `seen`, through what is in front; 0 in lanes that it does not come from. */
+/* Adds to the layers what is seen of each part: `seen`, which comes through what is in front, 0 in lanes without a part. */
 ALWAYS_INLINE void add_layers(Accumulator *sum, const Light *seen, unsigned features)
 {
     if (!(features & FEATURE_EXTRA))
@@ -66,7 +66,7 @@ ALWAYS_INLINE void add_layers(Accumulator *sum, const Light *seen, unsigned feat
 
 /* ---- Early ray termination ---- */
 
-/* The lanes of `mask` through which nothing can be seen any more have ended. */
+/* Ends those rays of `mask` behind whose optical depth nothing could be seen. */
 ALWAYS_INLINE ints terminate_rays(Accumulator *sum, RayPacket *l, ints mask, unsigned features)
 {
     reals least = reals_all(INFINITY);
@@ -142,13 +142,14 @@ static inline void cross_isosurface(Accumulator *sum, RayPacket *l, unsigned i, 
             out->sum[VOL_SUM_NORMAL][c] += vol_exp(-optical_depth[0]) * isosurface->opacity * (double)sh->normal[c][i];
     }
     for (int c = 0; c < channels; c++) {
-        optical_depth[c] += isosurface->mu;
+        optical_depth[c] += isosurface->optical_depth;
         doubles_set(&sum->optical_depth[c], (int)i, optical_depth[c]);
     }
     if (isinf(out->depth) && mean_transmittance(optical_depth, channels) <= 0.5)
         out->depth = t;
-    tell(l, &(VolTraceStep){t, t, (double)isosurface->value, (double)isosurface->value, isosurface->mu,
-                            (size_t)(isosurface - l->tables->isosurfaces), "isosurface"});
+    double value = (double)isosurface->value;
+    tell(l, &(VolTraceStep){t, t, value, value, isosurface->optical_depth, (size_t)(isosurface - l->tables->isosurfaces),
+                            "isosurface"});
 }
 
 /* ---- Kernels ---- */
@@ -159,8 +160,8 @@ typedef struct FeaturesKernel {
     void (*trace)(void *estimator);
 } FeaturesKernel;
 
-/* The first whose features are enough; what is shaded, and how, must be the same.  The last rows are the general kernels,
- * one for each kind of shading: there is always one. */
+/* The first kernel that has all of the scene's features.  Its kind of shading must be the scene's own, not just include it;
+ * the last rows are general kernels, one for each kind of shading, so that one always fits. */
 static inline const FeaturesKernel *kernel_for(const VolTraceCall *call, const FeaturesKernel *kernels, size_t count)
 {
     const unsigned same = FEATURE_SHADED | FEATURE_CLASSIC;

@@ -57,12 +57,12 @@ static inline void turning_points(const Cubic *v, reals *first, reals *second)
     *second = reals_max(r0, r1);
 }
 
-/* s in [lo, hi], where v is monotone, with v(s) = target: Halley's iteration kept inside a shrinking bracket, bisection
- * where that leads out of it.
+/* Finds s in [lo, hi], where v is monotone, with v(s) = target: by Halley's iteration within a shrinking bracket, and by
+ * bisection wherever a step would leave the bracket.
  *
- * It ends where the value is nothing but the rounding of its terms, or where its next move would be below a quarter of a
- * unit in the last place of 1: with f = v - target that is about move^3 ((f'' / 2 f')^2 + |f''' / 6 f'|), and |f''| / 2 is
- * at most `bend`.  Near a double root it converges slowly, so the cap is high and bisection takes over. */
+ * It stops once v(s) - target is no more than the rounding of its own terms, or once the next step would be shorter than a
+ * quarter of a unit in the last place of 1: with f = v - target that is about move^3 ((f'' / 2 f')^2 + |f''' / 6 f'|), and
+ * |f''| / 2 is at most `bend`.  Near a double root it converges slowly, so the cap is high and bisection takes over. */
 static inline reals solve_cubic(const Cubic *v, reals target, reals lo, reals hi, ints mask)
 {
     Cubic f = *v;

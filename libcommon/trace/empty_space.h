@@ -11,7 +11,8 @@
 struct VolRay;
 struct VolScene;
 
-/* In `brick_visible`: ENTERED though nothing is in it, for a test or for what lies beyond its invalid voxels. */
+/* In `brick_visible`.  ENTERED: invisible, but entered all the same, for a test or because values may jump across its
+ * invalid voxels. */
 enum { VOL_BRICK_LEFT_OUT, VOL_BRICK_ENTERED, VOL_BRICK_SEEN };
 
 /* In `levels`: a block of 2^level bricks a side, aligned, is invisible; or the brick is to be entered. */
@@ -22,7 +23,7 @@ typedef struct VolEmptySpace {
     uint8_t *levels;        /* 16^3 per node with bricks of its own: VOL_VISIBLE, or the invisible block around each */
     bool background_visible;
     int32_t visible_min[3], visible_max[3]; /* bricks: the box around the visible ones */
-    int margin; /* bricks at the faces of a block of one value that are entered one by one; -1: all are */
+    int margin; /* a block of one value is crossed in one go but for so many bricks at its faces; -1: brick by brick */
     uint64_t bricks_visible, bricks_skipped;
 } VolEmptySpace;
 

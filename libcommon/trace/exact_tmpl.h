@@ -9,7 +9,7 @@
  * with q = c_scatter mu_scatter + e + c_surface mu_surface |v'(s)|, by Gauss-Legendre over optical depths of at most 1
  * (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).
  * Shaded ones end where the normal flips or turns to or from a light, roots of cubics too, and where it has turned far
- * (subintervals_tmpl.h).  An isosurface is a factor exp(-mu_k) at its crossing.
+ * (subintervals_tmpl.h).  An isosurface is a factor exp(-its optical depth) at its crossing.
  *
  * LANES rays go side by side, each through sub-intervals of its own cells: all seek a cell with something in it, find where
  * its next segment ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a dense
@@ -31,8 +31,8 @@ ALWAYS_INLINE ints meets_isosurface(const TfTables *o, reals lo, reals hi)
     return (ints)(count_up_to(o->isosurface_values, o->isosurface_count, hi, false) > before);
 }
 
-/* Whether anything is to be seen in the cells of `mask`, whose stretches were judged to show nothing but are entered all the
- * same: their field lies between the stretches' ends, whatever rounding makes of it. */
+/* Whether anything can be seen in the cells of `mask`.  They lie in stretches that show nothing but are entered all the same
+ * (VOL_BRICK_ENTERED); the field is clamped to the stretch's range first, so that rounding cannot make something visible. */
 MAYBE_UNUSED static ints shows_all_the_same(const Exact *k, ints mask, reals lo, reals hi, unsigned features)
 {
     const TfTables *o = k->packet.tables;
@@ -212,8 +212,8 @@ static void plan_crossings(Exact *k, unsigned i)
     k->stop_step[i] = iso ? 0 : rising ? 1 : -1;
 }
 
-/* v along the segments of `mask`, about their beginnings.  It arrives at stop_v: where a cell runs through so many values
- * that rounding blurs the few of this segment, what is left of the cubic is a straight line. */
+/* v along the segments of `mask`, as a cubic from where each begins, made to end exactly at stop_v.  Where the cell's values
+ * range so widely that those of this segment are lost in their rounding, a straight line from end to end replaces it. */
 static void set_run(Exact *k, ints mask)
 {
     reals ds = k->stop - k->s, change = k->stop_v - k->va, zero = reals_all(0);
@@ -294,7 +294,7 @@ static inline void end_opaque_rays(Exact *k, ints mask, unsigned features)
     k->in_cell &= ~terminate_rays(&k->sum, &k->packet, mask, features);
 }
 
-/* Behind what is dark in one channel nothing is seen in that one. */
+/* A channel that is dark already shows nothing of what lies behind. */
 ALWAYS_INLINE void add_light_of(Exact *k, const SubInterval *p, const Light *sent, ints mask, unsigned features)
 {
     reals zero = reals_all(0), transmittance[3];
@@ -318,7 +318,7 @@ ALWAYS_INLINE void add_light_of(Exact *k, const SubInterval *p, const Light *sen
     add_layers(&k->sum, &seen, features);
 }
 
-/* To the end of the segment, or as far as an optical depth of 1 or the bends of the gradient allow. */
+/* Integrates a sub-interval: to the segment's end, or as far as an optical depth of 1 or the bends of the gradient allow. */
 ALWAYS_INLINE void integrate(Exact *k, unsigned features)
 {
     const reals one = reals_all(1);
@@ -341,7 +341,7 @@ ALWAYS_INLINE void integrate(Exact *k, unsigned features)
     reals optical_depth = largest_optical_depth(k, &p, features);
     ints dense = seen & (ints)(optical_depth > 1);
     while (any(dense)) {
-        /* First by the mean extinction, then by halves: extinction may grow along the way. */
+        /* Shortened as if extinction were even, and again where it is not and optical depth is still above 1. */
         reals next = k->done + (end - k->done) * reals_max((real)0.9 / optical_depth, reals_all((real)(1.0 / 64)));
         dense &= (ints)(next > k->done) & (ints)(next < end);
         if (!any(dense))

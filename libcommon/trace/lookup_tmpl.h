@@ -2,17 +2,17 @@
  * vol_preint_full_at and vol_preint_integrals_at (tf/preint.h has the equations), LANES at once.
  *
  * Optical depth is exact: M_s + mean(mu_p) dl.  Between knots extinction is linear in v, and its mean from v0 to v1 is that
- * of its ends.  A segment that runs over knots is made of the stretch up to the first of them, the stretch from the last,
- * and what lies between those, a difference of prefix integrals.  A knot is known to twice the precision: a jump beside v0
- * counts for what part of the segment it takes, however short that is.
+ * of its ends.  A segment that runs over knots has three parts: up to the first knot, from the last knot on, and between
+ * them, where prefix integrals are subtracted.  Knots are kept to twice the precision, so that a jump right beside v0
+ * still counts for the fraction of the segment that lies before it, however small.
  *
  * Tables: four entries blended, linear on each of the two triangles of a cell that v0 = v1 cuts, then scaled so that the
  * opacities of the parts add up to the exact one.  With x and y the fractions of v0 and v1 within their bins the weights are
  *     entry       (i, j)                (i+1, j+1)    (i+1, j)         (i, j+1)
  *     elsewhere   (1 - x) (1 - y)       x y           x (1 - y)        (1 - x) y
  *     cut cells   min(1 - x, 1 - y)     min(x, y)     max(x - y, 0)    max(y - x, 0)
- * each from numbers (x, 1 - x, y - x) whose small ones are no differences of large ones: what is scaled up from next to no
- * opacity is right too, and 4096 nodes cost no digits.  Lanes that the table does not cover
+ * each computed from x, 1 - x and y - x as they were found, never as a difference of nearly equal numbers: entries of next
+ * to no opacity keep all digits when they are scaled up, even among 4096 nodes.  Lanes that the table does not cover
  * (beyond the nodes or the band, dense bins, another length than the table's step, coloured attenuation) go one by one
  * through VolPreint.
  *
@@ -78,8 +78,8 @@ ALWAYS_INLINE void find_end(const TfTables *o, reals v, bool table, unsigned fea
         find_place(&o->lookup, v, out);
 }
 
-/* Whether anything lies between the ends; by the rule that bricks are judged by (vol_tf_range_visible), so that what is left
- * out with them would have added nothing. */
+/* Whether the transfer function shows anything between the ends: the rule for bricks (vol_tf_range_visible), so that leaving
+ * out an invisible brick never leaves out a segment that would have added something. */
 ALWAYS_INLINE ints something_between(const TfTables *o, const LookupEnd *a, const LookupEnd *b, unsigned features)
 {
     ints rising = (ints)(a->interval < b->interval), touching = {0};
@@ -424,8 +424,8 @@ ALWAYS_INLINE void look_up_integrals(const VolPrepared *prepared, const LookupEn
 
 /* ---- Full tables, and what lies beyond them ---- */
 
-/* Below the first knot and above the last nothing depends on v: the integrals are exact there, and no table reaches.  The
- * lanes of `mask` that lie there, without surfaces. */
+/* The lanes of `mask` whose segments lie below the first knot or above the last and meet no surface.  Nothing depends on v
+ * there: tables do not reach so far, and need not, since the integrals are exact. */
 ALWAYS_INLINE ints look_up_beyond(const VolPrepared *prepared, const LookupEnd *a, const LookupEnd *b, reals length,
                                   ints mask, unsigned features, SegmentParts *out)
 {

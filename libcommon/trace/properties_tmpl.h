@@ -169,8 +169,8 @@ static inline ints particles_at(const TfTables *o, ints interval, reals v, unsig
     return some;
 }
 
-/* Whether anything can be seen of the values from lo to hi, which lie in the intervals `low` and `high`.  They cover a
- * stretch of every interval but perhaps the last: `touching`, hi is that one's lower end and no more. */
+/* Whether anything can be seen of the values from lo to hi, which lie in the intervals `low` and `high`.  `touching`: of the
+ * last interval they hold only its lower end, hi itself, and none of its inside. */
 ALWAYS_INLINE ints range_shows(const TfTables *o, reals lo, reals hi, ints low, ints high, ints touching, unsigned features)
 {
     ints first = next_visible_of(o, low), shows = (ints)(first <= high);

@@ -271,7 +271,7 @@ ALWAYS_INLINE void composite(Segments *k, const Light *light, ints mask, unsigne
     add_layers(&k->sum, &seen, features);
 }
 
-/* So much more than one of them do m equal segments send, one behind the other: sum of exp(-n depth), n < m. */
+/* The light of m equal segments, one behind the other, is that of one times this: the sum of exp(-n depth) over n < m. */
 static double sent_by_equals(double depth, double m)
 {
     double one = vol_expm1(-depth);

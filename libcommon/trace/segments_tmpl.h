@@ -10,8 +10,8 @@
  *
  * A segment is done when its back end comes up in a visit to the brick that holds it; a ray's first sample in a brick closes
  * the segment that led there, and where the ray goes on into a brick that is left out, one more sample closes the last.  A
- * segment that touches bricks alone that are left out adds nothing: what it runs through is one connected range of values
- * in which nothing can be seen (empty_space.c).  Segments between equal samples of a uniform stretch (samples_tmpl.h) are
+ * segment that touches only bricks that are left out adds nothing: the values along it form one connected range in which
+ * nothing can be seen (empty_space.c).  Segments between equal samples of a uniform stretch (samples_tmpl.h) are
  * equal, and what many of them send is a geometric series of what one does.
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL

@@ -169,9 +169,9 @@ ALWAYS_INLINE ints bends(const reals a[3], const reals m[3], const reals b[3])
     return (ints)(dot3(second, second) > (real)0.1 * dot3(m, m));
 }
 
-/* Whether it grows or shrinks so much, and not along itself alone, that the normal does most of its turning next to
- * the shorter end.  For a + b s it has poles at |s| = |a| / |b|: one up to 4 times that long is resolved (rho = 2.6),
- * and an angle of half a degree matters to nobody. */
+/* Whether the normal does most of its turning near the end where the gradient is shorter: the gradient's length changes
+ * much, and its direction with it.  For a gradient a + b s the normal has poles at |s| = |a| / |b|; the quadrature
+ * resolves a stretch up to 4 times that long (rho = 2.6).  Turns of less than half a degree do not matter. */
 ALWAYS_INLINE ints turns_at_an_end(const reals a[3], const reals b[3])
 {
     reals aa = dot3(a, a), bb = dot3(b, b), ab = dot3(a, b);
@@ -208,8 +208,9 @@ static inline reals side_limit(const Exact *k, const reals to[3], reals sa, real
     return reals_select(crossed & (ints)(zero > sa), zero, sb);
 }
 
-/* Where the normal turns to or from a light between sa and sb, else sb.  Towards a light that stands somewhere the
- * direction changes on the way, but so little that the place is found by looking again from where it was found. */
+/* The first place between sa and sb where a light begins or ceases to shine on the surface, else sb.  The direction towards
+ * a light with a position changes along the ray, but slowly: the root is found for a fixed direction, then again for the
+ * direction at that root. */
 static reals light_limit(const Exact *k, const VolLight *light, reals sa, reals sb, ints mask)
 {
     int looks = light->kind == VOL_LIGHT_SUN ? 1 : 3;
@@ -232,7 +233,7 @@ static inline reals kink_limit(const Exact *k, reals sa, reals sb, ints mask)
     return sb;
 }
 
-/* The square of the gradient's length, less `square`. */
+/* |gradient|^2 - square, along the cell. */
 ALWAYS_INLINE reals length_beyond(const Exact *k, reals s, reals square)
 {
     reals g[3];
@@ -240,13 +241,14 @@ ALWAYS_INLINE reals length_beyond(const Exact *k, reals s, reals square)
     return dot3(g, g) - square;
 }
 
-/* Surfaceness by the gradient's magnitude (K 11) bends at either end of its ramp: where the magnitude passes that between sa
- * and sb, else sb.  Its square is all but a parabola, whose vertex tells of two passages. */
+/* Surfaceness by gradient magnitude (K 11) has a kink at either end of its ramp.  The first place between sa and sb where
+ * the magnitude passes one of these ends, else sb.  The squared magnitude is nearly a parabola, whose vertex reveals a
+ * pair of passages that the values at sa and sb do not show. */
 static reals ramp_limit(const Exact *k, real magnitude, reals sa, reals sb, ints mask)
 {
     enum { HALVINGS = sizeof(real) == sizeof(float) ? 24 : 53 };
     reals edge = magnitude * k->gradient_scale, square = edge * edge, half = (real)0.5 * (sb - sa), middle = sa + half;
-    /* Just ahead: where the last passage was, rounding decides. */
+    /* Begin just beyond sa: at sa itself, the last passage, rounding would decide. */
     reals ahead = reals_fma(half, reals_all((real)0x1p-10), sa);
     reals fa = length_beyond(k, ahead, square), fm = length_beyond(k, middle, square), fb = length_beyond(k, sb, square);
     reals vertex = middle - (real)0.5 * half * (fb - fa) / ((fa - fm) + (fb - fm));
@@ -305,7 +307,7 @@ static reals turn_limit(const Exact *k, reals sa, reals sb, ints mask)
     return sb;
 }
 
-/* The same in u of the segment; its end is its end. */
+/* The same in u of the segment: exactly 1 where it is the segment's end. */
 static reals end_of_gentle_turn(const Exact *k, ints mask)
 {
     reals whole = k->stop - k->s, from = reals_fma(whole, k->done, k->s), to = turn_limit(k, from, k->stop, mask);
@@ -345,7 +347,7 @@ ALWAYS_INLINE void cut_sub_interval(const Exact *k, const Properties *in, unsign
         p->g3[c] = slope * ((real)(1.0 / 3.0) * p->x2);
         p->g4[c] = slope * ((real)0.25 * p->x3);
     }
-    /* Not below 0, as extinction is not: else what rounds below it would darken the ray and send no light. */
+    /* Clamped at 0: extinction that rounding made negative would change the ray's optical depth but send no light. */
     p->scatter0 = reals_max(reals_line(in->scatter[0], in->scatter[1], p->x0), reals_all(0));
     for (int c = 0; c < 3 && features & FEATURE_EMIT; c++)
         p->emit0[c] = reals_max(reals_line(in->emit[c][0], in->emit[c][1], p->x0), reals_all(0));
@@ -379,15 +381,14 @@ ALWAYS_INLINE reals optical_depth_to(const SubInterval *p, unsigned features, in
     return reals_max(optical_depth, reals_all(0));
 }
 
-/* Whether anything can still be seen through channel c.  What lies behind one that is dark is left out as it is behind a ray
- * that has ended, by the same bound. */
+/* Whether channel c still lets anything through.  What lies behind is left out by the same bound that ends whole rays. */
 ALWAYS_INLINE ints channel_is_lit(const Exact *k, int c)
 {
     return (ints)(k->sum.reached[c] <= reals_min(k->packet.termination_depth, reals_all(700)));
 }
 
-/* The densest channel's.  One that is dark does not count: a thousand sub-intervals of depth 1 of it may have to pass before
- * the others are, or more than can ever be counted. */
+/* Of the densest channel that is not dark yet.  Were dark ones to count, a channel far denser than the others would cut the
+ * rest of the way into sub-intervals of its own optical depth 1, a thousand or any number of them, for nothing. */
 ALWAYS_INLINE reals largest_optical_depth(const Exact *k, const SubInterval *p, unsigned features)
 {
     reals largest = optical_depth_to(p, features, 0, reals_all(1));
@@ -398,8 +399,9 @@ ALWAYS_INLINE reals largest_optical_depth(const Exact *k, const SubInterval *p, 
     return largest;
 }
 
-/* What a node adds; `weight` is its weight times transmittance, per channel.  Amounts are counted from the sub-interval's
- * start as optical depth is: where it is so short that x0 + X rounds to x0, both still see the same particles. */
+/* Adds one node; `weight` is its quadrature weight times transmittance, per channel.  Extinction is taken at the offset X
+ * from the sub-interval's start, exactly as optical depth takes it: in a sub-interval so short that x0 + X rounds to x0,
+ * light sent and light lost still belong to the same particles. */
 ALWAYS_INLINE void add_node(const Exact *k, const Properties *in, const SubInterval *p, unsigned features,
                             const Shading *sh, real u, reals X, const reals weight[3], Light *sum)
 {
@@ -425,8 +427,8 @@ ALWAYS_INLINE void add_node(const Exact *k, const Properties *in, const SubInter
     }
 }
 
-/* The light that sub-intervals send.  The `dense` ones are too short to be cut further: all of such a one is seen alike,
- * through its mean transmittance, since it may be so dense that no node is seen through what is before it. */
+/* The light that sub-intervals send.  `dense` ones are too short to be cut further, and may be so opaque that no quadrature
+ * node would be seen; all of such a one is weighted with its mean transmittance instead. */
 ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, const SubInterval *p, ints dense,
                                       unsigned features, Light *sum)
 {

@@ -2,8 +2,8 @@
 #include "trace/lookup_build_tmpl.h"
 #include "trace/tf_tables_tmpl.h"
 
-/* About the place `shift` beyond the line's own: that of the interval, rounded.  A slope beyond the numbers belongs to an
- * interval so narrow that it is as good as a jump. */
+/* The same line about another reference, `shift` beyond its own: the interval's, rounded to the kernel's precision.  A slope
+ * too steep for that precision becomes 0: its interval is so narrow that it is as good as a jump. */
 static Line line_of(VolLinear from, double shift)
 {
     Line line = {(real)(from.a + from.b * shift), (real)from.b};
@@ -164,7 +164,7 @@ static VolStatus build_tf_tables(const VolScene *scene, TfTables *o, VolError *e
     for (size_t i = 0; i < tf->isosurface_count; i++) {
         const VolIsosurface *d = &tf->isosurfaces[i];
         o->isosurfaces[i] = (Isosurface){(real)d->value, {(real)d->color[0], (real)d->color[1], (real)d->color[2]},
-                                         d->mu, d->opacity};
+                                         d->optical_depth, d->opacity};
         o->isosurface_values[i] = o->isosurfaces[i].value;
     }
     order_falling(o);

@@ -34,7 +34,7 @@ _Static_assert(sizeof(Interval) == INTERVAL_REALS * sizeof(real), "an interval i
 typedef struct Isosurface {
     real value;
     real color[3];
-    double mu, opacity;
+    double optical_depth, opacity;
 } Isosurface;
 
 /* What a scene may be without, each an own kernel's saving. */

@@ -66,8 +66,8 @@ ALWAYS_INLINE void range_of_corners(const reals c[8], reals *least, reals *most)
     *most = reals_max(reals_max(hi[0], hi[1]), reals_max(hi[2], hi[3]));
 }
 
-/* The field at a point p of a cell, of nothing but the corners that carry weight there: on a face, however large the others
- * are, exactly within that face. */
+/* The field at a point p of a cell, from those corners alone that carry weight there: on a face it stays exactly within the
+ * range of the face's corners, however large the others are. */
 static inline reals judge_at(const reals c[8], const reals p[3])
 {
     reals z[4], y[2];

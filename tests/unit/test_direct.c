@@ -240,7 +240,7 @@ static void cross_reference(Reference *m, Known a, Known b, double from, double 
                 continue;
             for (int c = 0; c < 3; c++) {
                 m->color[c] += exp(-m->optical_depth[c]) * tf->isosurfaces[k].opacity * tf->isosurfaces[k].color[c];
-                m->optical_depth[c] += tf->isosurfaces[k].mu;
+                m->optical_depth[c] += tf->isosurfaces[k].optical_depth;
             }
         }
     }

@@ -386,11 +386,11 @@ static void test_isosurfaces(void)
         CHECK(c.isosurfaces[i].value == values[i]);
     CHECK(c.isosurfaces[0].color[0] == 1 && c.isosurfaces[0].color[2] == 0);      /* constant below the first node */
     CHECK(c.isosurfaces[1].color[0] == 0.75 && c.isosurfaces[1].color[2] == 0.25);
-    CHECK(c.isosurfaces[1].mu == INFINITY && c.isosurfaces[1].opacity == 1);       /* exactly opaque */
+    CHECK(c.isosurfaces[1].optical_depth == INFINITY && c.isosurfaces[1].opacity == 1); /* exactly opaque */
     CHECK(c.isosurfaces[2].color[1] == 1 && c.isosurfaces[2].color[2] == 0);      /* at a jump the second; list order */
     CHECK(c.isosurfaces[3].color[0] == 3 && c.isosurfaces[3].opacity == 0.25);
-    CHECK_NEAR(c.isosurfaces[3].mu, -log(0.75), 1e-15, 0);
-    CHECK_NEAR(c.isosurfaces[4].mu, 1.0000000005e-9, 1e-15, 0);
+    CHECK_NEAR(c.isosurfaces[3].optical_depth, -log(0.75), 1e-15, 0);
+    CHECK_NEAR(c.isosurfaces[4].optical_depth, 1.0000000005e-9, 1e-15, 0);
     CHECK(c.node_min == -3 && c.node_max == 7 && c.max_color == 3 && !c.has_surface);
     vol_tf_compiled_free(&c);
     c = compiled(HEAD ", \"isosurfaces\": [{\"value\": 1, \"opacity\": 0.5}]}");
