@@ -5,19 +5,14 @@
 
 #include <string.h>
 
+#include "base/little.h"
+
 #define K0 UINT64_C(0x9e3779b97f4a7c15) /* 2^64 / golden ratio, odd */
 #define K1 UINT64_C(0xd6e8feb86659fd93)
 #define K2 UINT64_C(0xa0761d6478bd642f)
 #define K3 UINT64_C(0xe7037ed1a0b428db)
 
 static uint64_t rotate(uint64_t v, int by) { return v << by | v >> (64 - by); }
-
-/* Written out, compilers make one load of it. */
-static uint64_t load64(const unsigned char *p)
-{
-    return (uint64_t)p[0] | (uint64_t)p[1] << 8 | (uint64_t)p[2] << 16 | (uint64_t)p[3] << 24 | (uint64_t)p[4] << 32 |
-           (uint64_t)p[5] << 40 | (uint64_t)p[6] << 48 | (uint64_t)p[7] << 56;
-}
 
 static uint64_t spread(uint64_t v)
 {
@@ -26,13 +21,17 @@ static uint64_t spread(uint64_t v)
     return v ^ v >> 32;
 }
 
-static void add_block(VolHash *hash, const unsigned char *block)
+/* Every block waits for the one before: the state stays in registers. */
+static void add_blocks(VolHash *hash, const unsigned char *blocks, size_t count)
 {
-    uint64_t a = load64(block) * K1, b = load64(block + 8) * K2;
-    uint64_t s0 = hash->state[0] ^ (a ^ a >> 32) * K3;
-    uint64_t s1 = hash->state[1] ^ (b ^ b >> 32) * K0;
-    s0 = rotate(s0, 27) * K0 + s1;
-    s1 = rotate(s1, 33) * K3 + s0;
+    uint64_t s0 = hash->state[0], s1 = hash->state[1];
+    for (; count; count--, blocks += 16) {
+        uint64_t a = vol_load_u64(blocks) * K1, b = vol_load_u64(blocks + 8) * K2;
+        s0 ^= (a ^ a >> 32) * K3;
+        s1 ^= (b ^ b >> 32) * K0;
+        s0 = rotate(s0, 27) * K0 + s1;
+        s1 = rotate(s1, 33) * K3 + s0;
+    }
     hash->state[0] = s0;
     hash->state[1] = s1;
 }
@@ -56,21 +55,21 @@ void vol_hash_add(VolHash *hash, const void *data, size_t size)
         size -= taken;
         if (hash->pending_size < sizeof hash->pending)
             return;
-        add_block(hash, hash->pending);
+        add_blocks(hash, hash->pending, 1);
         hash->pending_size = 0;
     }
-    for (; size >= 16; bytes += 16, size -= 16)
-        add_block(hash, bytes);
-    if (size)
-        memcpy(hash->pending, bytes, size);
-    hash->pending_size = size;
+    size_t rest = size % sizeof hash->pending;
+    add_blocks(hash, bytes, size / sizeof hash->pending);
+    if (rest)
+        memcpy(hash->pending, bytes + (size - rest), rest);
+    hash->pending_size = rest;
 }
 
 void vol_hash_end(VolHash *hash, uint64_t out[2])
 {
     if (hash->pending_size) {
         memset(hash->pending + hash->pending_size, 0, sizeof hash->pending - hash->pending_size);
-        add_block(hash, hash->pending);
+        add_blocks(hash, hash->pending, 1);
     }
     uint64_t s0 = spread(hash->state[0] ^ hash->total), s1 = spread(hash->state[1] + s0);
     s0 = spread(s0 + rotate(s1, 32));

@@ -48,10 +48,33 @@ static void *counted(void *block)
     return block;
 }
 
+enum { LARGE_PAGE = 1 << 21 };
+
+/* From this size on a block lies on large pages where the system has them: to make one ready costs the system hardly more
+ * than an ordinary page, of which it takes 512.  What is left at the block's end lies on ordinary ones, so that it takes no
+ * more memory than it needs. */
+enum { LARGE_BLOCK = 2 * LARGE_PAGE };
+
+static void *prefer_large_pages(void *block, size_t bytes)
+{
+    size_t before = -(uintptr_t)block % LARGE_PAGE;
+    if (block && bytes >= LARGE_BLOCK)
+        madvise((unsigned char *)block + before, (bytes - before) / LARGE_PAGE * LARGE_PAGE, MADV_HUGEPAGE);
+    return block;
+}
+
+static void *alloc_bytes(size_t bytes)
+{
+    void *block = NULL;
+    if (bytes < LARGE_BLOCK)
+        return malloc(bytes ? bytes : 1);
+    return posix_memalign(&block, LARGE_PAGE, bytes) == 0 ? prefer_large_pages(block, bytes) : NULL;
+}
+
 void *vol_alloc(size_t count, size_t size)
 {
     size_t bytes;
-    return counted(product(count, size, &bytes) && !beyond_machine(bytes) ? malloc(bytes ? bytes : 1) : NULL);
+    return counted(product(count, size, &bytes) && !beyond_machine(bytes) ? alloc_bytes(bytes) : NULL);
 }
 
 void *vol_alloc_zero(size_t count, size_t size)
@@ -72,10 +95,10 @@ void *vol_alloc_aligned(size_t alignment, size_t count, size_t size)
 void *vol_resize(void *old, size_t count, size_t size)
 {
     size_t bytes;
-    return counted(product(count, size, &bytes) && !beyond_machine(bytes / 2) ? realloc(old, bytes ? bytes : 1) : NULL);
+    if (!product(count, size, &bytes) || beyond_machine(bytes / 2))
+        return counted(NULL);
+    return counted(old ? prefer_large_pages(realloc(old, bytes ? bytes : 1), bytes) : alloc_bytes(bytes));
 }
-
-enum { LARGE_PAGE = 1 << 21 };
 
 /* Address space for `bytes` at a multiple of LARGE_PAGE, nothing behind it. */
 static unsigned char *reserve_aligned(size_t bytes)

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "adapters/blosc.h"
+#include "base/little.h"
 #include "base/mem.h"
 #include "base/plugin.h"
 
@@ -26,11 +27,6 @@ typedef struct Chunk {
     unsigned flags;
     size_t type_size, total, block;
 } Chunk;
-
-static size_t load32(const unsigned char *p)
-{
-    return (size_t)p[0] | (size_t)p[1] << 8 | (size_t)p[2] << 16 | (size_t)p[3] << 24;
-}
 
 /* ---- shuffled bytes ---- */
 
@@ -92,7 +88,7 @@ static bool unpack_stream(const Chunk *chunk, size_t *at, unsigned char *to, siz
 {
     if (*at > chunk->size || chunk->size - *at < 4)
         return false;
-    size_t length = load32(chunk->bytes + *at);
+    size_t length = vol_load_u32(chunk->bytes + *at);
     *at += 4;
     if (length > chunk->size - *at)
         return false;
@@ -109,7 +105,7 @@ static bool unpack_stream(const Chunk *chunk, size_t *at, unsigned char *to, siz
  * shuffled. */
 static bool unpack_block(const Chunk *chunk, size_t n, size_t size, unsigned char *to, unsigned char *room)
 {
-    size_t at = load32(chunk->bytes + HEADER_BYTES + 4 * n), type = chunk->type_size;
+    size_t at = vol_load_u32(chunk->bytes + HEADER_BYTES + 4 * n), type = chunk->type_size;
     bool split =
         !(chunk->flags & IN_ONE_STREAM) && type <= MOST_STREAMS && size / type >= LEAST_VALUES && size == chunk->block;
     size_t streams = split ? type : 1, each = size / streams;
@@ -165,14 +161,14 @@ static VolStatus unpack_other(const Chunk *chunk, void *to, VolError *err)
 
 VolStatus vol_blosc_unpack(const unsigned char *chunk, size_t size, void *to, size_t to_size, VolError *err)
 {
-    if (size < HEADER_BYTES || load32(chunk + 4) != to_size || load32(chunk + 12) != size)
+    if (size < HEADER_BYTES || vol_load_u32(chunk + 4) != to_size || vol_load_u32(chunk + 12) != size)
         return damaged(err);
     Chunk c = {.bytes = chunk,
                .size = size,
                .flags = chunk[2],
                .type_size = chunk[3],
                .total = to_size,
-               .block = load32(chunk + 8)};
+               .block = vol_load_u32(chunk + 8)};
     if (c.flags & RESERVED)
         return damaged(err);
     if (to_size == 0)

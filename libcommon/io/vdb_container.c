@@ -53,7 +53,7 @@ static VolStatus take_u32(Cursor *cursor, const char *what, uint32_t *out)
     const unsigned char *p;
     VolStatus status = take(cursor, 4, what, &p);
     if (!status)
-        *out = (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+        *out = vol_load_u32(p);
     return status;
 }
 

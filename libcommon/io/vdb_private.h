@@ -3,6 +3,7 @@
 #define VOL_IO_VDB_PRIVATE_H
 
 #include "adapters/vdb_adapter.h"
+#include "base/little.h"
 #include "io/vdb.h"
 
 /* File format versions.  222 (2013) brought the node masks that everything since has; 224 the point grids of today; 225
@@ -91,8 +92,12 @@ typedef struct VdbTree {
     size_t leaf_count;
 } VdbTree;
 
-uint32_t vol_vdb_load_u32(const unsigned char *p);
-uint64_t vol_vdb_load_u64(const unsigned char *p);
+/* The mask once more, beside the values. */
+static inline const unsigned char *vol_vdb_leaf_mask(const VdbTree *tree, const VdbLeaf *leaf)
+{
+    return tree->data + leaf->values - VDB_LEAF_MASK_BYTES;
+}
+
 uint32_t vol_vdb_count_bits(const unsigned char *mask, size_t bytes);
 
 /* How many values the block behind a node's `form` holds. */

@@ -65,18 +65,11 @@ static VolStatus take(Walk *walk, uint64_t size, const char *what, const unsigne
     return VOL_OK;
 }
 
-uint32_t vol_vdb_load_u32(const unsigned char *p)
-{
-    return (uint32_t)p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-}
-
-uint64_t vol_vdb_load_u64(const unsigned char *p) { return vol_vdb_load_u32(p) | (uint64_t)vol_vdb_load_u32(p + 4) << 32; }
-
 uint32_t vol_vdb_count_bits(const unsigned char *mask, size_t bytes)
 {
     uint32_t count = 0;
     for (size_t i = 0; i < bytes; i += 8)
-        count += (uint32_t)__builtin_popcountll(vol_vdb_load_u64(mask + i));
+        count += (uint32_t)__builtin_popcountll(vol_load_u64(mask + i));
     return count;
 }
 
@@ -100,7 +93,7 @@ static VolStatus walk_block(Walk *walk, uint64_t count)
     VolStatus status = take(walk, 8, "the length of a block", &p);
     if (status)
         return status;
-    int64_t length = (int64_t)vol_vdb_load_u64(p);
+    int64_t length = (int64_t)vol_load_u64(p);
     if (length <= 0 ? length != -(int64_t)bytes : (uint64_t)length > bytes + BLOSC_OVERHEAD)
         return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a block of %lld bytes where %llu uncompressed are expected",
                         where, (long long)length, (unsigned long long)bytes);
@@ -109,7 +102,7 @@ static VolStatus walk_block(Walk *walk, uint64_t count)
         return status;
     /* Blosc repeats both lengths in a header of its own, and trusts it. */
     if (length > 0 && (codec->compression & VDB_COMPRESS_BLOSC) &&
-        (stored < BLOSC_OVERHEAD || vol_vdb_load_u32(p + 4) != bytes || vol_vdb_load_u32(p + 12) != stored))
+        (stored < BLOSC_OVERHEAD || vol_load_u32(p + 4) != bytes || vol_load_u32(p + 12) != stored))
         return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a compressed block contradicts its length", where);
     return VOL_OK;
 }
@@ -184,7 +177,7 @@ static VolStatus take_origin(Walk *walk, int32_t origin[3], const int32_t *previ
         return status;
     int order = previous ? 0 : 1;
     for (int k = 0; k < 3; k++) {
-        origin[k] = (int32_t)vol_vdb_load_u32(p + 4 * k);
+        origin[k] = (int32_t)vol_load_u32(p + 4 * k);
         if (origin[k] % VDB_ROOT_CHILD_DIM != 0)
             return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: node origin %d is not a multiple of %d", where,
                             origin[k], VDB_ROOT_CHILD_DIM);
@@ -203,9 +196,9 @@ static VolStatus walk_topology(Walk *walk)
     VolStatus status = take(walk, 4 + value_size + 8, "the root of the tree", &p);
     if (status)
         return status;
-    if (vol_vdb_load_u32(p) != 1)
-        return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: %u buffers per tree", where, vol_vdb_load_u32(p));
-    uint32_t tiles = vol_vdb_load_u32(p + 4 + value_size), children = vol_vdb_load_u32(p + 8 + value_size);
+    if (vol_load_u32(p) != 1)
+        return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: %u buffers per tree", where, vol_load_u32(p));
+    uint32_t tiles = vol_load_u32(p + 4 + value_size), children = vol_load_u32(p + 8 + value_size);
     int32_t origin[2][3] = {{0}};
     for (uint32_t i = 0; i < tiles; i++) {
         if ((status = take_origin(walk, origin[i % 2], i ? origin[(i + 1) % 2] : NULL)) != VOL_OK ||
@@ -233,7 +226,7 @@ static VolStatus walk_bit_leaf(Walk *walk, const VdbLeaf *leaf)
     if (status)
         return status;
     for (int k = 0; k < 3; k++)
-        if ((int32_t)vol_vdb_load_u32(p + 4 * k) != leaf->origin[k])
+        if ((int32_t)vol_load_u32(p + 4 * k) != leaf->origin[k])
             return vol_fail(walk->err, VOL_BAD_INPUT, "byte %zu: a leaf's origin contradicts its place", where);
     return VOL_OK;
 }

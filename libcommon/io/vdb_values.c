@@ -122,7 +122,7 @@ static VolStatus unpack_block(const VdbTree *tree, size_t *at, size_t count, voi
     if (codec->half && count == 0)
         return VOL_OK;
     if (codec->compression & (VDB_COMPRESS_ZIP | VDB_COMPRESS_BLOSC)) {
-        length = (int64_t)vol_vdb_load_u64(from);
+        length = (int64_t)vol_load_u64(from);
         from += 8;
         *at += 8;
     }
@@ -199,7 +199,7 @@ VolStatus vol_vdb_unpack_values(const VdbTree *tree, size_t *at, const unsigned 
 VolStatus vol_vdb_unpack_leaf(const VdbTree *tree, const VdbLeaf *leaf, const void *background, void *values,
                               void *scratch, VolError *err)
 {
-    const unsigned char *mask = tree->data + leaf->mask;
+    const unsigned char *mask = vol_vdb_leaf_mask(tree, leaf);
     VolVdbValue value = tree->codec.kind->value;
     if (value == VOL_VALUE_BOOL || value == VOL_VALUE_MASK) {
         const unsigned char *bits = value == VOL_VALUE_MASK ? mask : tree->data + leaf->values + 12; /* behind its origin */

@@ -2,12 +2,14 @@
  * visitor wants them apart) the leaves' values are unpacked over threads, each run of leaves by whoever comes. */
 #include "io/vdb_private.h"
 
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/pool.h"
 
 enum { LEAVES_PER_ITEM = 128 };
+enum { STRETCH = 1 << 21 }; /* bytes given back at once, where a large page of the system begins */
 
 typedef struct Visit {
     const VolVdb *vdb;
@@ -20,6 +22,7 @@ typedef struct Visit {
     bool counting;    /* else visiting */
     size_t next_leaf; /* of the tree's, in the walk's order */
     struct Workspace *workspace; /* one per thread */
+    atomic_uint *wanted;         /* on a last visit: how many bytes of each stretch are still to be used */
     VolError *err;
 } Visit;
 
@@ -84,7 +87,7 @@ static void count_tile(VolVdbGridInfo *info, const int32_t origin[3], int32_t si
 static void load_mask(const unsigned char *mask, uint64_t active[8])
 {
     for (int x = 0; x < 8; x++)
-        active[x] = vol_vdb_load_u64(mask + 8 * x);
+        active[x] = vol_load_u64(mask + 8 * x);
 }
 
 static VolStatus show_leaf(const Visit *visit, const VdbLeaf *leaf, Workspace *space, VolError *err)
@@ -97,7 +100,7 @@ static VolStatus show_leaf(const Visit *visit, const VdbLeaf *leaf, Workspace *s
     VolStatus status = vol_vdb_unpack_leaf(&visit->tree, leaf, visit->background, space->values, space->scratch, err);
     if (status)
         return tree_failed(visit, status, err);
-    load_mask(visit->tree.data + leaf->mask, active);
+    load_mask(vol_vdb_leaf_mask(&visit->tree, leaf), active);
     void *numbers = space->numbers;
     if (visitor->leaf_double)
         vol_vdb_to_doubles(kind, space->values, VDB_LEAF_VALUES, numbers);
@@ -180,7 +183,7 @@ static VolStatus meet_inner(Visit *visit, size_t *at, const int32_t origin[3], i
 static void load_origin(const unsigned char *p, int32_t origin[3])
 {
     for (int k = 0; k < 3; k++)
-        origin[k] = (int32_t)vol_vdb_load_u32(p + 4 * k);
+        origin[k] = (int32_t)vol_load_u32(p + 4 * k);
 }
 
 /* By x, then y, then z. */
@@ -197,7 +200,7 @@ static VolStatus meet_root(Visit *visit)
 {
     const unsigned char *data = visit->tree.data;
     size_t size = visit->tree.codec.value_size, at = visit->tree.begin + 4 + size, tile_bytes = 12 + size + 1;
-    uint32_t tiles = vol_vdb_load_u32(data + at), children = vol_vdb_load_u32(data + at + 4);
+    uint32_t tiles = vol_load_u32(data + at), children = vol_load_u32(data + at + 4);
     const unsigned char *tile = data + at + 8;
     at += 8 + tiles * tile_bytes;
     VolStatus status = VOL_OK;
@@ -248,11 +251,46 @@ static VolStatus count(Visit *visit)
     return status;
 }
 
-/* On a last visit what was used takes no more memory. */
+/* ---- memory given back ---- */
+
+/* The file's first stretch begins before it, as large pages have it. */
+static size_t bytes_before(const Visit *visit) { return (uintptr_t)visit->vdb->bytes.data % STRETCH; }
+
+/* All that lies in the file. */
+static VolStatus count_wanted(Visit *visit)
+{
+    size_t before = bytes_before(visit), end = before + visit->vdb->bytes.size, stretches = (end + STRETCH - 1) / STRETCH;
+    visit->wanted = vol_alloc(stretches, sizeof *visit->wanted);
+    if (!visit->wanted)
+        return vol_fail_memory(visit->err, stretches * sizeof *visit->wanted);
+    for (size_t n = 0; n < stretches; n++)
+        atomic_init(&visit->wanted[n], STRETCH);
+    atomic_fetch_sub(&visit->wanted[0], (unsigned)before);
+    atomic_fetch_sub(&visit->wanted[stretches - 1], (unsigned)(stretches * STRETCH - end));
+    return VOL_OK;
+}
+
+/* On a last visit what has been used takes no more memory, once a stretch of it is complete: a part of a large page costs
+ * much to give back, and brings nothing before the rest. */
 static void give_back(const Visit *visit, size_t begin, size_t end)
 {
-    if (visit->visitor->last)
-        vol_bytes_forget(&visit->vdb->bytes, begin, end);
+    const VolBytes *file = &visit->vdb->bytes;
+    if (!visit->wanted)
+        return;
+    size_t before = bytes_before(visit), at = before + begin;
+    while (at < before + end) {
+        size_t n = at / STRETCH, next = (n + 1) * STRETCH, stop = next < before + end ? next : before + end;
+        unsigned used = (unsigned)(stop - at);
+        if (atomic_fetch_sub(&visit->wanted[n], used) == used)
+            vol_bytes_forget(file, n ? n * STRETCH - before : 0, next - before < file->size ? next - before : file->size);
+        at = stop;
+    }
+}
+
+/* Where the n-th leaf begins in the buffers; of the one behind the last: where they end. */
+static size_t leaf_begin(const VdbTree *tree, size_t n)
+{
+    return n < tree->leaf_count ? tree->leaves[n].values - VDB_LEAF_MASK_BYTES : tree->end;
 }
 
 static VolStatus show_leaves(void *user, size_t index, int thread, VolError *err)
@@ -264,7 +302,7 @@ static VolStatus show_leaves(void *user, size_t index, int thread, VolError *err
     VolStatus status = VOL_OK;
     for (size_t i = first; i < end && !status; i++)
         status = show_leaf(visit, &tree->leaves[i], &visit->workspace[thread], err);
-    give_back(visit, tree->leaves[first].values, end < tree->leaf_count ? tree->leaves[end].values : tree->end);
+    give_back(visit, leaf_begin(tree, first), leaf_begin(tree, end));
     return status;
 }
 
@@ -279,12 +317,18 @@ static VolStatus run(Visit *visit)
     visit->workspace = vol_alloc((size_t)threads, sizeof *visit->workspace);
     if (!visit->workspace)
         return vol_fail_memory(visit->err, (size_t)threads * sizeof *visit->workspace);
+    if (visit->visitor->last)
+        status = count_wanted(visit);
     give_back(visit, 0, visit->tree.begin); /* other grids */
     give_back(visit, visit->tree.end, visit->vdb->bytes.size);
-    status = meet_root(visit);
+    if (!status)
+        status = meet_root(visit);
+    if (visit->visitor->place)
+        give_back(visit, visit->tree.begin, visit->tree.buffers);
     if (!status && visit->visitor->place)
         status = vol_parallel(threads, (visit->tree.leaf_count + LEAVES_PER_ITEM - 1) / LEAVES_PER_ITEM, show_leaves,
                               visit, visit->err);
+    free(visit->wanted);
     free(visit->workspace);
     return status;
 }

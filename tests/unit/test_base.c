@@ -228,6 +228,15 @@ static void test_memory(void)
     CHECK(empty && aligned && (uintptr_t)aligned % 64 == 0);
     free(empty);
     free(aligned);
+    unsigned char *large = vol_alloc(5, 1 << 20);
+    CHECK(large && (uintptr_t)large % (1 << 21) == 0);
+    memset(large, 7, 5 << 20);
+    large = vol_resize(large, 9, 1 << 20);
+    CHECK(large && large[0] == 7 && large[(5 << 20) - 1] == 7);
+    memset(large + (5 << 20), 8, 4 << 20);
+    large = vol_resize(large, 5, 1 << 20);
+    CHECK(large && large[0] == 7 && large[(5 << 20) - 1] == 7);
+    free(large);
     char *text = vol_format_text("%s-%d", "a", 5);
     CHECK_TEXT(text, "a-5");
     free(text);

@@ -17,7 +17,7 @@ enum { STORES = sizeof stores / sizeof *stores };
 /* How the inactive voxels of a leaf are filled: a background of 2 (4, 6), its negative, up to three other values. */
 enum { BACKGROUND, NEGATED, BOTH, ONE, ONE_AND_BACKGROUND, ONE_AND_NEGATED, TWO, THREE, NONE_INACTIVE, ALL_INACTIVE, FILLS };
 
-enum { LEAVES = 400, SIDE = 8 }; /* more than a thread takes at a time */
+enum { LEAVES = 640, SIDE = 8 }; /* more than a thread takes at a time */
 
 static uint32_t mix(uint32_t a, uint32_t b)
 {
@@ -169,6 +169,29 @@ static void leaves_come_back_as_they_were(void)
         }
 }
 
+/* What has been used is gone, what is still to be used is not, wherever in memory the file begins. */
+static void a_last_visit_gives_memory_back_behind_itself(void)
+{
+    enum { LARGE_PAGE = 1 << 21 };
+    static const unsigned char zeros[4096];
+    VolBytes bytes = write(VOL_STORE_VEC3S, 3, VOL_COMPRESS_NONE);
+    CHECK(bytes.size > LARGE_PAGE);
+    for (int threads = 1; threads <= 3; threads++)
+        for (int aligned = 0; aligned <= 1; aligned++) {
+            VolBytes copy = {aligned ? vol_alloc_aligned(LARGE_PAGE, bytes.size, 1) : malloc(bytes.size), bytes.size};
+            VolVdb *vdb = NULL;
+            Check check = new_check(3);
+            VolVdbVisitor visitor = {NULL, see_float, NULL, tile, place, threads, true};
+            memcpy(copy.data, bytes.data, bytes.size);
+            OK(vol_vdb_open(copy, "test", &vdb, &err));
+            OK(vol_vdb_visit(vdb, 0, &visitor, &check, &err));
+            CHECK(check.placed == LEAVES && check.shown_all == LEAVES && check.tiles == 1 && check.wrong == 0);
+            CHECK(memcmp(copy.data + bytes.size / 2, zeros, sizeof zeros) == 0);
+            vol_vdb_close(vdb);
+        }
+    vol_bytes_free(&bytes);
+}
+
 static void the_first_leaf_that_fails_ends_the_visit(void)
 {
     VolBytes bytes = write(VOL_STORE_FLOAT, 1, VOL_COMPRESS_ZIP);
@@ -213,6 +236,7 @@ static void damaged_blocks(void)
 int main(void)
 {
     RUN(leaves_come_back_as_they_were);
+    RUN(a_last_visit_gives_memory_back_behind_itself);
     RUN(the_first_leaf_that_fails_ends_the_visit);
     RUN(damaged_blocks);
     return test_end();
