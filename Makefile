@@ -35,7 +35,7 @@ COMMON   := -Ilibcommon -I. $(FLOAT) -fvisibility=hidden -fno-common -pthread -f
             $(SANFLAGS) -MMD -MP
 CFLAGS_ALL   = -std=c17 -fexcess-precision=standard -D_POSIX_C_SOURCE=200809L -D_DEFAULT_SOURCE $(OPT) $(WARN) $(COMMON) $(CFLAGS)
 CXXFLAGS_ALL = -std=c++17 $(OPT) -Wall -Wextra -Werror $(COMMON) $(CXXFLAGS)
-LIBS     = -lOpenEXRCore -ljansson -lexpat -lz -lbz2 -llz4 -lm -ldl -pthread
+LIBS     = -lOpenEXRCore -ldeflate -ljansson -lexpat -lz -lbz2 -llz4 -lm -ldl -pthread
 
 EXR_CFLAGS ?= -isystem /usr/include/OpenEXR -isystem /usr/include/Imath
 EXR_LIBS   ?= -lOpenEXR -lIex -lImath
@@ -82,7 +82,7 @@ core: $(CORE_BINS) $(CORE_SOS)
 
 # ---- set-up --------------------------------------------------------------------------------------------------------
 PKGS_CORE := gcc g++ make libc6-dev libopenexr-dev libopenvdb-dev libtbb-dev libblosc-dev libboost-dev libimath-dev \
-             libopenimageio-dev libjansson-dev libexpat1-dev zlib1g-dev libbz2-dev liblz4-dev
+             libopenimageio-dev libjansson-dev libexpat1-dev zlib1g-dev libdeflate-dev libbz2-dev liblz4-dev
 PKGS_ALL  := $(PKGS_CORE) libvtk9-dev mandoc
 deps-core:
 	$(Q).ci/setup $(PKGS_CORE)

@@ -52,7 +52,7 @@ static int64_t memory_size(exr_const_context_t context, void *user)
     return (int64_t)stream->in_size;
 }
 
-static bool reserve(VolExrStream *stream, size_t size)
+bool vol_exr_reserve(VolExrStream *stream, size_t size)
 {
     if (size <= stream->out_capacity)
         return true;
@@ -72,7 +72,7 @@ static int64_t write_memory(exr_const_context_t context, void *user, const void 
 {
     VolExrStream *stream = user;
     uint64_t end;
-    if (__builtin_add_overflow(offset, size, &end) || end > SIZE_MAX / 4 || !reserve(stream, (size_t)end)) {
+    if (__builtin_add_overflow(offset, size, &end) || end > SIZE_MAX / 4 || !vol_exr_reserve(stream, (size_t)end)) {
         out_of_memory = true;
         fail(context, EXR_ERR_OUT_OF_MEMORY, "out of memory");
         return -1;
@@ -101,7 +101,6 @@ exr_context_initializer_t vol_exr_initializer(VolExrStream *stream)
         init.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
     } else {
         init.write_fn = write_memory;
-        init.zip_level = 4;
     }
     return init;
 }

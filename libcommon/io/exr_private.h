@@ -1,4 +1,4 @@
-/* What exr_read.c and exr_write.c share: a library context that works on memory, keeps its last message for us instead of
+/* What the files of EXR share: a library context that works on memory, keeps its last message for us instead of
  * printing it, and hands out zeroed memory (so that a damaged chunk can never show us somebody else's bytes). */
 #ifndef VOL_IO_EXR_PRIVATE_H
 #define VOL_IO_EXR_PRIVATE_H
@@ -25,6 +25,24 @@ bool vol_exr_out_of_memory(void);
  * text. */
 const char *vol_exr_why(exr_result_t code);
 void vol_exr_forget_message(void);
+
+/* Room in `out` for `size` bytes. */
+bool vol_exr_reserve(VolExrStream *stream, size_t size);
+
+/* What ZIP and ZIPS are packed with, by one thread. */
+typedef struct VolExrZip {
+    struct libdeflate_compressor *compressor;
+    unsigned char *predicted, *packed;
+} VolExrZip;
+
+VolStatus vol_exr_zip_new(size_t values, VolExrZip *zip, VolError *err); /* for chunks of at most so many */
+void vol_exr_zip_free(VolExrZip *zip);
+
+/* Packs a chunk into zip->packed and returns how many bytes it takes; 0: not less than before. */
+size_t vol_exr_zip(VolExrZip *zip, const void *bytes, size_t size);
+
+/* Zeroed pixels of 4 bytes: all of them are written sooner or later, so that they need not come page by page. */
+void *vol_exr_plane(size_t pixels);
 
 /* Grows the list by one zeroed channel without pixels, at its place in the order. */
 VolStatus vol_part_insert_channel(VolPart *part, const char *name, VolPixel store, VolChannel **out, VolError *err);

@@ -1,6 +1,6 @@
 /* Image -> EXR bytes.  Scan lines in ascending order, one chunk of lines after another, so the bytes depend on the image
- * and the compression library alone: nothing is written that the caller did not ask for.  Chunks are compressed over
- * threads; each waits for its turn to be written. */
+ * and the compression library alone: nothing is written that the caller did not ask for.  Chunks are packed over threads;
+ * one that is ready before its turn is kept until then. */
 #include <math.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -9,11 +9,23 @@
 #include "base/pool.h"
 #include "io/exr_private.h"
 
+typedef struct Chunk {
+    int part;
+    int32_t y;      /* its first line */
+    VolBytes early; /* packed before its turn */
+} Chunk;
+
 typedef struct Writer {
     VolExrStream stream;
     exr_context_t context;
     const VolImage *image;
-    int threads;
+    VolExrCompression compression;
+    Chunk *chunks; /* of all parts, as the file has them */
+    size_t count;
+    struct Encoder *encoders; /* one per thread */
+    size_t threads;
+    pthread_mutex_t lock; /* guards the chunks, what has been written of them, and: */
+    size_t next;          /* the one whose turn it is */
     uint64_t clamped;
     VolError *err;
 } Writer;
@@ -128,7 +140,18 @@ static VolStatus check_part(const VolImage *image, size_t p, VolError *err)
     return VOL_OK;
 }
 
-static VolStatus write_header(Writer *w, VolExrCompression compression)
+/* For half of the bytes that the pixels take, which is enough for most pictures; what is not used takes no memory. */
+static VolStatus reserve_output(Writer *w)
+{
+    size_t bytes = 0;
+    for (size_t p = 0; p < w->image->part_count; p++) {
+        const VolPart *part = &w->image->parts[p];
+        bytes += vol_box2_width(part->data_window) * vol_box2_height(part->data_window) * part->channel_count * 2;
+    }
+    return vol_exr_reserve(&w->stream, bytes) ? VOL_OK : vol_fail_memory(w->err, bytes);
+}
+
+static VolStatus write_header(Writer *w)
 {
     if (needs_long_names(w->image))
         exr_set_longname_support(w->context, 1);
@@ -136,8 +159,10 @@ static VolStatus write_header(Writer *w, VolExrCompression compression)
     for (size_t p = 0; p < w->image->part_count && !status; p++) {
         status = check_part(w->image, p, w->err);
         if (!status)
-            status = describe_part(w, &w->image->parts[p], compression);
+            status = describe_part(w, &w->image->parts[p], w->compression);
     }
+    if (!status)
+        status = reserve_output(w);
     if (status)
         return status;
     exr_result_t code = exr_write_header(w->context);
@@ -169,24 +194,13 @@ static void whole_lines(const float *from, uint32_t *to, size_t n)
 typedef struct Encoder {
     exr_encode_pipeline_t pipeline;
     exr_result_t (*compress)(exr_encode_pipeline_t *pipeline); /* the library's */
-    struct Chunks *chunks;
+    Writer *w;
     size_t chunk;   /* the one at hand */
     bool started;
     float *scratch; /* one chunk of every channel */
+    VolExrZip zip;
     uint64_t clamped;
 } Encoder;
-
-/* The chunks of one part. */
-typedef struct Chunks {
-    Writer *w;
-    int part;
-    int32_t lines; /* per chunk */
-    Encoder *encoders;
-    pthread_mutex_t lock; /* guards what follows */
-    pthread_cond_t turn;
-    size_t next; /* chunk to be written */
-    bool failed;
-} Chunks;
 
 /* Points the encoder at the lines of one chunk. */
 static void feed_chunk(Encoder *encoder, const VolPart *part)
@@ -232,65 +246,104 @@ static exr_result_t compress_or_store(exr_encode_pipeline_t *pipeline)
     return EXR_ERR_SUCCESS;
 }
 
-/* Chunks are handed out in ascending order, so that the one whose turn it is never waits. */
-static exr_result_t wait_for_turn(exr_encode_pipeline_t *pipeline)
+/* The same by libdeflate.  The library releases none of these buffers as the compressed one: they have no size of theirs. */
+static exr_result_t zip_or_store(exr_encode_pipeline_t *pipeline)
+{
+    Encoder *encoder = pipeline->encoding_user_data;
+    size_t size = vol_exr_zip(&encoder->zip, pipeline->packed_buffer, pipeline->packed_bytes);
+    pipeline->compressed_buffer = size ? encoder->zip.packed : pipeline->packed_buffer;
+    pipeline->compressed_bytes = size ? size : pipeline->packed_bytes;
+    pipeline->compressed_alloc_size = 0;
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t write_early(Writer *w)
+{
+    exr_result_t code = EXR_ERR_SUCCESS;
+    while (!code && w->next < w->count && w->chunks[w->next].early.data) {
+        Chunk *chunk = &w->chunks[w->next++];
+        code = exr_write_scanline_chunk(w->context, chunk->part, chunk->y, chunk->early.data, chunk->early.size);
+        vol_bytes_free(&chunk->early);
+    }
+    return code;
+}
+
+/* Writes the chunk, and those that have waited for it, or lets it wait. */
+static exr_result_t write_in_turn(exr_encode_pipeline_t *pipeline)
 {
     const Encoder *encoder = pipeline->encoding_user_data;
-    Chunks *chunks = encoder->chunks;
-    pthread_mutex_lock(&chunks->lock);
-    while (chunks->next != encoder->chunk && !chunks->failed)
-        pthread_cond_wait(&chunks->turn, &chunks->lock);
-    bool mine = chunks->next == encoder->chunk;
-    pthread_mutex_unlock(&chunks->lock);
-    return mine ? EXR_ERR_SUCCESS : EXR_ERR_INCORRECT_CHUNK;
+    Writer *w = encoder->w;
+    Chunk *chunk = &w->chunks[encoder->chunk];
+    exr_result_t code = EXR_ERR_SUCCESS;
+    pthread_mutex_lock(&w->lock);
+    if (encoder->chunk == w->next) {
+        w->next++;
+        code = exr_write_scanline_chunk(w->context, chunk->part, chunk->y, pipeline->compressed_buffer,
+                                        pipeline->compressed_bytes);
+        if (!code)
+            code = write_early(w);
+    } else {
+        unsigned char *copy = vol_alloc(pipeline->compressed_bytes, 1);
+        if (copy)
+            memcpy(copy, pipeline->compressed_buffer, pipeline->compressed_bytes);
+        else
+            code = EXR_ERR_OUT_OF_MEMORY;
+        chunk->early = (VolBytes){copy, pipeline->compressed_bytes};
+    }
+    pthread_mutex_unlock(&w->lock);
+    return code;
 }
 
-static void end_turn(Chunks *chunks, bool good)
+/* A pipeline serves one part. */
+static exr_result_t start_pipeline(Encoder *encoder, int part, const exr_chunk_info_t *info)
 {
-    pthread_mutex_lock(&chunks->lock);
-    if (good)
-        chunks->next++;
-    else
-        chunks->failed = true;
-    pthread_cond_broadcast(&chunks->turn);
-    pthread_mutex_unlock(&chunks->lock);
-}
-
-static exr_result_t encode_chunk(const Chunks *chunks, Encoder *encoder)
-{
-    Writer *w = chunks->w;
-    const VolPart *part = &w->image->parts[chunks->part];
     exr_encode_pipeline_t *pipeline = &encoder->pipeline;
+    exr_context_t context = encoder->w->context;
+    if (encoder->started && pipeline->part_index == part)
+        return exr_encoding_update(context, part, info, pipeline);
+    if (encoder->started)
+        exr_encoding_destroy(context, pipeline);
+    exr_result_t code = exr_encoding_initialize(context, part, info, pipeline);
+    encoder->started = !code;
+    return code;
+}
+
+static exr_result_t choose_routines(Encoder *encoder, int part)
+{
+    exr_encode_pipeline_t *pipeline = &encoder->pipeline;
+    VolExrCompression compression = encoder->w->compression;
+    exr_result_t code = exr_encoding_choose_default_routines(encoder->w->context, part, pipeline);
+    encoder->compress = pipeline->compress_fn;
+    if (pipeline->compress_fn)
+        pipeline->compress_fn = compression == VOL_EXR_ZIP || compression == VOL_EXR_ZIPS ? zip_or_store : compress_or_store;
+    pipeline->encoding_user_data = encoder;
+    pipeline->yield_until_ready_fn = NULL;
+    pipeline->write_fn = write_in_turn;
+    return code;
+}
+
+static exr_result_t encode_chunk(Encoder *encoder)
+{
+    Writer *w = encoder->w;
+    const Chunk *chunk = &w->chunks[encoder->chunk];
     exr_chunk_info_t info;
-    bool first = !encoder->started;
-    int32_t y = (int32_t)(part->data_window.y0 + (int64_t)encoder->chunk * chunks->lines);
-    exr_result_t code = exr_write_scanline_chunk_info(w->context, chunks->part, y, &info);
+    exr_result_t code = exr_write_scanline_chunk_info(w->context, chunk->part, chunk->y, &info);
     if (!code)
-        code = first ? exr_encoding_initialize(w->context, chunks->part, &info, pipeline)
-                     : exr_encoding_update(w->context, chunks->part, &info, pipeline);
+        code = start_pipeline(encoder, chunk->part, &info);
     if (code)
         return code;
-    encoder->started = true;
-    feed_chunk(encoder, part);
-    if (first) {
-        code = exr_encoding_choose_default_routines(w->context, chunks->part, pipeline);
-        pipeline->encoding_user_data = encoder;
-        pipeline->yield_until_ready_fn = wait_for_turn;
-        if (!code && pipeline->compress_fn) {
-            encoder->compress = pipeline->compress_fn;
-            pipeline->compress_fn = compress_or_store;
-        }
-    }
-    return code ? code : exr_encoding_run(w->context, chunks->part, pipeline);
+    feed_chunk(encoder, &w->image->parts[chunk->part]);
+    if (!encoder->pipeline.write_fn)
+        code = choose_routines(encoder, chunk->part);
+    return code ? code : exr_encoding_run(w->context, chunk->part, &encoder->pipeline);
 }
 
 static VolStatus write_chunk(void *user, size_t index, int thread, VolError *err)
 {
-    Chunks *chunks = user;
-    Encoder *encoder = &chunks->encoders[thread];
+    Writer *w = user;
+    Encoder *encoder = &w->encoders[thread];
     encoder->chunk = index;
-    exr_result_t code = encode_chunk(chunks, encoder);
-    end_turn(chunks, code == EXR_ERR_SUCCESS);
+    exr_result_t code = encode_chunk(encoder);
     if (!code)
         return VOL_OK;
     if (code == EXR_ERR_OUT_OF_MEMORY || vol_exr_out_of_memory())
@@ -298,57 +351,71 @@ static VolStatus write_chunk(void *user, size_t index, int thread, VolError *err
     return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR pixels: %s", vol_exr_why(code));
 }
 
-static VolStatus make_encoders(Chunks *chunks, size_t count, size_t room, VolError *err)
+/* ---- Beginning and end --------------------------------------------------------------------------------------------- */
+
+/* Lists the chunks of part `p`; *room becomes the number of values in the largest chunk. */
+static VolStatus add_chunks(Writer *w, size_t p, size_t *room)
 {
-    static const exr_encode_pipeline_t none = EXR_ENCODE_PIPELINE_INITIALIZER;
-    chunks->encoders = vol_alloc_zero(count, sizeof *chunks->encoders);
-    if (!chunks->encoders)
-        return vol_fail_memory(err, count * sizeof *chunks->encoders);
-    for (size_t t = 0; t < count; t++) {
-        Encoder *encoder = &chunks->encoders[t];
-        encoder->pipeline = none;
-        encoder->chunks = chunks;
-        encoder->scratch = vol_alloc(room, sizeof *encoder->scratch);
-        if (!encoder->scratch)
-            return vol_fail_memory(err, room * sizeof *encoder->scratch);
-    }
+    const VolPart *part = &w->image->parts[p];
+    int32_t lines = 0;
+    exr_result_t code = exr_get_scanlines_per_chunk(w->context, (int)p, &lines);
+    if (code)
+        return writer_fail(w, code, "pixels");
+    size_t values, height = vol_box2_height(part->data_window), count = (height + (size_t)lines - 1) / (size_t)lines;
+    if (__builtin_mul_overflow(vol_box2_width(part->data_window) * (size_t)lines, part->channel_count, &values))
+        values = SIZE_MAX; /* what is asked for this many will be refused */
+    Chunk *chunks = vol_resize(w->chunks, w->count + count, sizeof *chunks);
+    if (!chunks)
+        return vol_fail_memory(w->err, (w->count + count) * sizeof *chunks);
+    w->chunks = chunks;
+    for (size_t n = 0; n < count; n++)
+        chunks[w->count++] = (Chunk){(int)p, (int32_t)(part->data_window.y0 + (int64_t)n * lines), {0}};
+    *room = values > *room ? values : *room;
     return VOL_OK;
 }
 
-static void free_encoders(Chunks *chunks, size_t count)
+static VolStatus make_encoders(Writer *w, size_t room)
 {
-    Writer *w = chunks->w;
-    for (size_t t = 0; chunks->encoders && t < count; t++) {
-        Encoder *encoder = &chunks->encoders[t];
+    static const exr_encode_pipeline_t none = EXR_ENCODE_PIPELINE_INITIALIZER;
+    VolStatus status = VOL_OK;
+    w->threads = w->threads < w->count ? w->threads : w->count;
+    w->encoders = vol_alloc_zero(w->threads, sizeof *w->encoders);
+    if (!w->encoders)
+        return vol_fail_memory(w->err, w->threads * sizeof *w->encoders);
+    for (size_t t = 0; t < w->threads && !status; t++) {
+        Encoder *encoder = &w->encoders[t];
+        encoder->pipeline = none;
+        encoder->w = w;
+        encoder->scratch = vol_alloc(room, sizeof *encoder->scratch);
+        status = encoder->scratch ? vol_exr_zip_new(room, &encoder->zip, w->err)
+                                  : vol_fail_memory(w->err, room * sizeof *encoder->scratch);
+    }
+    return status;
+}
+
+static VolStatus prepare_chunks(Writer *w)
+{
+    size_t room = 0;
+    VolStatus status = VOL_OK;
+    for (size_t p = 0; p < w->image->part_count && !status; p++)
+        status = add_chunks(w, p, &room);
+    return status ? status : make_encoders(w, room);
+}
+
+static void free_chunks(Writer *w)
+{
+    for (size_t t = 0; w->encoders && t < w->threads; t++) {
+        Encoder *encoder = &w->encoders[t];
         if (encoder->started)
             exr_encoding_destroy(w->context, &encoder->pipeline);
         w->clamped += encoder->clamped;
         free(encoder->scratch);
+        vol_exr_zip_free(&encoder->zip);
     }
-    free(chunks->encoders);
-}
-
-static VolStatus write_pixels(Writer *w, int p)
-{
-    const VolPart *part = &w->image->parts[p];
-    Chunks chunks = {.w = w, .part = p};
-    exr_result_t code = exr_get_scanlines_per_chunk(w->context, p, &chunks.lines);
-    if (code)
-        return writer_fail(w, code, "pixels");
-    size_t lines = (size_t)chunks.lines, width = vol_box2_width(part->data_window), room;
-    size_t count = (vol_box2_height(part->data_window) + lines - 1) / lines;
-    size_t threads = w->threads < 1 ? 1 : (size_t)w->threads < count ? (size_t)w->threads : count;
-    if (__builtin_mul_overflow(width * lines, part->channel_count, &room))
-        room = SIZE_MAX;
-    pthread_mutex_init(&chunks.lock, NULL);
-    pthread_cond_init(&chunks.turn, NULL);
-    VolStatus status = make_encoders(&chunks, threads, room, w->err);
-    if (!status)
-        status = vol_parallel((int)threads, count, write_chunk, &chunks, w->err);
-    free_encoders(&chunks, threads);
-    pthread_cond_destroy(&chunks.turn);
-    pthread_mutex_destroy(&chunks.lock);
-    return status;
+    for (size_t n = 0; n < w->count; n++)
+        vol_bytes_free(&w->chunks[n].early);
+    free(w->encoders);
+    free(w->chunks);
 }
 
 VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, int threads, VolBytes *out,
@@ -357,17 +424,22 @@ VolStatus vol_exr_write(const VolImage *image, VolExrCompression compression, in
     *out = (VolBytes){0};
     if (image->part_count == 0)
         return vol_fail(err, VOL_BAD_INPUT, "cannot write EXR: no parts");
-    Writer w = {.image = image, .threads = threads, .err = err};
+    Writer w = {.image = image, .compression = compression, .threads = threads < 1 ? 1 : (size_t)threads,
+                .lock = PTHREAD_MUTEX_INITIALIZER, .err = err};
     exr_context_initializer_t init = vol_exr_initializer(&w.stream);
     exr_result_t code = exr_start_write(&w.context, "memory", EXR_WRITE_FILE_DIRECTLY, &init);
     if (code)
         return writer_fail(&w, code, "header");
-    VolStatus status = write_header(&w, compression);
-    for (size_t p = 0; p < image->part_count && !status; p++)
-        status = write_pixels(&w, (int)p);
+    VolStatus status = write_header(&w);
+    if (!status)
+        status = prepare_chunks(&w);
+    if (!status)
+        status = vol_parallel((int)w.threads, w.count, write_chunk, &w, err);
+    free_chunks(&w);
     code = exr_finish(&w.context); /* writes the chunk tables */
     if (code && !status)
         status = writer_fail(&w, code, "chunk table");
+    pthread_mutex_destroy(&w.lock);
     if (status) {
         vol_bytes_free(&w.stream.out);
         return status;
