@@ -51,14 +51,13 @@ static void *counted(void *block)
 enum { LARGE_PAGE = 1 << 21 };
 
 /* From this size on a block lies on large pages where the system has them: to make one ready costs the system hardly more
- * than an ordinary page, of which it takes 512.  What is left at the block's end lies on ordinary ones, so that it takes no
- * more memory than it needs. */
-enum { LARGE_BLOCK = 2 * LARGE_PAGE };
+ * than an ordinary page, of which it takes 512.  What is left at the block's end lies on one too if it fills most of it. */
+enum { LARGE_BLOCK = LARGE_PAGE / 4 * 3 };
 
 static void *prefer_large_pages(void *block, size_t bytes)
 {
     size_t before = -(uintptr_t)block % LARGE_PAGE;
-    if (block && bytes >= LARGE_BLOCK)
+    if (block && bytes >= before + LARGE_PAGE)
         madvise((unsigned char *)block + before, (bytes - before) / LARGE_PAGE * LARGE_PAGE, MADV_HUGEPAGE);
     return block;
 }
@@ -68,6 +67,8 @@ static void *alloc_bytes(size_t bytes)
     void *block = NULL;
     if (bytes < LARGE_BLOCK)
         return malloc(bytes ? bytes : 1);
+    if (bytes % LARGE_PAGE >= LARGE_BLOCK)
+        bytes += LARGE_PAGE - bytes % LARGE_PAGE;
     return posix_memalign(&block, LARGE_PAGE, bytes) == 0 ? prefer_large_pages(block, bytes) : NULL;
 }
 
@@ -80,7 +81,12 @@ void *vol_alloc(size_t count, size_t size)
 void *vol_alloc_zero(size_t count, size_t size)
 {
     size_t bytes;
-    return counted(product(count, size, &bytes) ? calloc(bytes ? bytes : 1, 1) : NULL);
+    if (!product(count, size, &bytes) || beyond_machine(bytes))
+        return counted(NULL);
+    if (bytes < LARGE_BLOCK)
+        return counted(calloc(bytes ? bytes : 1, 1));
+    void *block = counted(alloc_bytes(bytes));
+    return block ? memset(block, 0, bytes) : NULL;
 }
 
 void *vol_alloc_aligned(size_t alignment, size_t count, size_t size)

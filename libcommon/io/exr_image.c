@@ -63,12 +63,6 @@ VolStatus vol_part_insert_channel(VolPart *part, const char *name, VolPixel stor
     return VOL_OK;
 }
 
-void *vol_exr_plane(size_t pixels)
-{
-    void *plane = vol_alloc(pixels, sizeof(float));
-    return plane ? memset(plane, 0, pixels * sizeof(float)) : NULL;
-}
-
 VolStatus vol_part_add_channel(VolPart *part, const char *name, VolPixel store, VolChannel **out, VolError *err)
 {
     VolChannel *channel;
@@ -79,7 +73,7 @@ VolStatus vol_part_add_channel(VolPart *part, const char *name, VolPixel store, 
     size_t pixels; /* never 0: an empty channel still has memory to point to */
     if (__builtin_mul_overflow(width, height, &pixels))
         return vol_fail_memory(err, SIZE_MAX);
-    channel->data = vol_exr_plane(pixels);
+    channel->data = vol_alloc_zero(pixels, sizeof(float));
     if (!channel->data)
         return vol_fail_memory(err, pixels * sizeof(float));
     *out = channel;

@@ -41,9 +41,6 @@ void vol_exr_zip_free(VolExrZip *zip);
 /* Packs a chunk into zip->packed and returns how many bytes it takes; 0: not less than before. */
 size_t vol_exr_zip(VolExrZip *zip, const void *bytes, size_t size);
 
-/* Zeroed pixels of 4 bytes: all of them are written sooner or later, so that they need not come page by page. */
-void *vol_exr_plane(size_t pixels);
-
 /* Grows the list by one zeroed channel without pixels, at its place in the order. */
 VolStatus vol_part_insert_channel(VolPart *part, const char *name, VolPixel store, VolChannel **out, VolError *err);
 

@@ -302,12 +302,12 @@ static VolStatus allocate_pixels(VolPart *part, VolError *err)
 {
     size_t pixels = vol_box2_width(part->data_window) * vol_box2_height(part->data_window);
     for (size_t i = 0; i < part->channel_count; i++) {
-        part->channels[i].data = vol_exr_plane(pixels);
+        part->channels[i].data = vol_alloc_zero(pixels, sizeof(float));
         if (!part->channels[i].data)
             return vol_fail_memory(err, pixels * sizeof(float));
         if (part->channels[i].store != VOL_PIXEL_UINT)
             continue;
-        part->channels[i].whole = vol_exr_plane(pixels);
+        part->channels[i].whole = vol_alloc_zero(pixels, sizeof(float));
         if (!part->channels[i].whole)
             return vol_fail_memory(err, pixels * sizeof(uint32_t));
     }

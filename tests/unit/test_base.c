@@ -237,6 +237,13 @@ static void test_memory(void)
     large = vol_resize(large, 5, 1 << 20);
     CHECK(large && large[0] == 7 && large[(5 << 20) - 1] == 7);
     free(large);
+    unsigned char *used = vol_alloc(1, 7 << 18); /* its place is likely to be given out again */
+    CHECK(used && (uintptr_t)used % (1 << 21) == 0);
+    memset(used, 9, 7 << 18);
+    free(used);
+    unsigned char *zero = vol_alloc_zero(1, 7 << 18);
+    CHECK(zero && zero[0] == 0 && memcmp(zero, zero + 1, (7 << 18) - 1) == 0);
+    free(zero);
     char *text = vol_format_text("%s-%d", "a", 5);
     CHECK_TEXT(text, "a-5");
     free(text);
