@@ -51,8 +51,6 @@ static inline const real *pooled_planes(const VolGrid *grid, const VolBrick *bri
     return (const real *)grid->values + (size_t)brick->storage * (size_t)planes * VOL_BRICK_STRIDE;
 }
 
-static inline const real *pooled_values(const VolGrid *grid, const VolBrick *brick) { return pooled_planes(grid, brick, 1); }
-
 /* A plane of a brick of one value, or of one in each octant. */
 static inline void unfold_brick(const VolGrid *grid, const VolBrick *brick, int plane, real *out)
 {
@@ -271,60 +269,91 @@ static inline bool all_are_valid(const real halo[BRICK_HALO * BRICK_HALO * BRICK
 
 static const int place_step[3] = {VOL_BRICK_SIDE * VOL_BRICK_SIDE, VOL_BRICK_SIDE, 1};
 
-/* A brick without invalid voxels that has its voxels in the pool, at brick coordinates; else NULL. */
-static inline const real *whole_brick(const VolGrid *grid, const int32_t at[3])
+/* Where the pool holds the voxels of a brick without invalid ones, at brick coordinates; else SIZE_MAX. */
+static inline size_t whole_brick(const VolGrid *grid, const int32_t at[3])
 {
     const VolBrick *brick = &grid->bricks[vol_grid_brick_number(grid, at[0], at[1], at[2])];
-    return brick->invalid ? NULL : pooled_values(grid, brick);
+    return brick->invalid || brick->storage == VOL_NO_STORAGE ? SIZE_MAX : (size_t)brick->storage * VOL_BRICK_STRIDE;
+}
+
+/* Voxels in the pool, whose precision need not be the kernel's. */
+ALWAYS_INLINE real stored(const void *pool, bool doubles, size_t at)
+{
+    return (real)(doubles ? ((const double *)pool)[at] : (double)((const float *)pool)[at]);
+}
+
+ALWAYS_INLINE eight eight_stored(const void *pool, bool doubles, size_t at)
+{
+    typedef float floats __attribute__((vector_size(8 * sizeof(float))));
+    typedef double others __attribute__((vector_size(8 * sizeof(double))));
+    if (doubles) {
+        others row;
+        memcpy(&row, (const double *)pool + at, sizeof row);
+        return __builtin_convertvector(row, eight);
+    }
+    floats row;
+    memcpy(&row, (const float *)pool + at, sizeof row);
+    return __builtin_convertvector(row, eight);
 }
 
 /* Half the changes along an axis, eight at a time, from the places before and behind. */
-ALWAYS_INLINE void store_changes(const real *before, const real *after, real *out)
+ALWAYS_INLINE void store_changes(const void *pool, bool doubles, size_t before, size_t after, real *out)
 {
-    eight change = (load_eight(after) - load_eight(before)) * (real)0.5;
+    eight change = (eight_stored(pool, doubles, after) - eight_stored(pool, doubles, before)) * (real)0.5;
     memcpy(out, &change, sizeof change);
 }
 
 /* Differences along an axis from a brick's own voxels and the nearest planes of the bricks below and above. */
-ALWAYS_INLINE void differences_among_bricks(const real *here, const real *below, const real *above, int axis, real *out)
+ALWAYS_INLINE void differences_among_bricks(const void *pool, bool doubles, size_t here, size_t below, size_t above,
+                                            int axis, real *out)
 {
-    const int step = place_step[axis], last = VOL_BRICK_CELLS * step, across = place_step[axis == 0 ? 1 : 0];
+    const size_t step = (size_t)place_step[axis], last = VOL_BRICK_CELLS * step;
+    const size_t across = (size_t)place_step[axis == 0 ? 1 : 0];
     /* All in one sweep; at the first and the last plane it leaves numbers without meaning, which the loop below replaces. */
-    for (int i = step; i < VOL_BRICK_VALUES - step; i += 8)
-        store_changes(here + i - step, here + i + step, out + i);
-    const real *before = below + last - step, *after = above + step;
+    for (size_t i = step; i < VOL_BRICK_VALUES - step; i += 8)
+        store_changes(pool, doubles, here + i - step, here + i + step, out + i);
+    size_t before = below + last - step, after = above + step;
     for (int row = 0; row < VOL_BRICK_SIDE; row++, here += across, before += across, after += across, out += across) {
-        for (int z = 0; axis < 2 && z <= VOL_BRICK_SIDE - 8; z++) {
-            store_changes(before + z, here + step + z, out + z);
-            store_changes(here + last - step + z, after + z, out + last + z);
+        for (size_t z = 0; axis < 2 && z <= VOL_BRICK_SIDE - 8; z++) {
+            store_changes(pool, doubles, before + z, here + step + z, out + z);
+            store_changes(pool, doubles, here + last - step + z, after + z, out + last + z);
         }
-        for (int n = 0; axis == 2 && n < place_step[0]; n += VOL_BRICK_SIDE) {
-            out[n] = (here[n + step] - before[n]) * (real)0.5;
-            out[n + last] = (after[n] - here[n + last - step]) * (real)0.5;
+        for (size_t n = 0; axis == 2 && n < (size_t)place_step[0]; n += VOL_BRICK_SIDE) {
+            out[n] = (stored(pool, doubles, here + n + step) - stored(pool, doubles, before + n)) * (real)0.5;
+            out[n + last] =
+                (stored(pool, doubles, after + n) - stored(pool, doubles, here + n + last - step)) * (real)0.5;
         }
     }
 }
 
-/* The gradients of a brick well inside the domain, if the voxels of the bricks beside it may be read in place: most are
- * such, and the rest of what lies around them is not needed. */
+ALWAYS_INLINE void differences_along_axes(const void *pool, bool doubles, size_t here, const size_t below[3],
+                                          const size_t above[3], real *out)
+{
+    for (int a = 0; a < 3; a++)
+        differences_among_bricks(pool, doubles, here, below[a], above[a], a, out + a * VOL_BRICK_STRIDE);
+}
+
+/* The gradients of a brick well inside the domain, if the bricks beside it have voxels, too: most are such, and the rest of
+ * what lies around them is not needed. */
 static inline bool gradients_in_place(const VolGrid *grid, const int32_t origin[3], real *out)
 {
     int32_t at[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
-    const real *here = whole_brick(grid, at), *below[3], *above[3];
+    size_t here = whole_brick(grid, at), below[3], above[3];
     for (int a = 0; a < 3; a++) {
-        if (!here || origin[a] <= grid->voxel_min[a] || origin[a] + VOL_BRICK_SIDE > grid->voxel_max[a])
+        if (here == SIZE_MAX || origin[a] <= grid->voxel_min[a] || origin[a] + VOL_BRICK_SIDE > grid->voxel_max[a])
             return false;
         at[a]--;
         below[a] = whole_brick(grid, at);
         at[a] += 2;
         above[a] = whole_brick(grid, at);
         at[a]--;
-        if (!below[a] || !above[a])
+        if (below[a] == SIZE_MAX || above[a] == SIZE_MAX)
             return false;
     }
-    differences_among_bricks(here, below[0], above[0], 0, out);
-    differences_among_bricks(here, below[1], above[1], 1, out + VOL_BRICK_STRIDE);
-    differences_among_bricks(here, below[2], above[2], 2, out + 2 * VOL_BRICK_STRIDE);
+    if (grid->is_double)
+        differences_along_axes(grid->values, true, here, below, above, out);
+    else
+        differences_along_axes(grid->values, false, here, below, above, out);
     return true;
 }
 

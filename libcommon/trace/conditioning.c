@@ -14,8 +14,8 @@
  * ends for itself, and what it takes from one it does not give to the next, so that the errors of a narrow spike of many
  * intervals add up.
  *
- * Jumps do not count, neither do isosurfaces: their places are off by what v is, in either precision, and which surfaces
- * are met is judged by comparisons that do not round.
+ * Jumps do not count, neither do isosurfaces: which of them are met is judged by comparisons that do not round, and how far
+ * off their places are depends on how the ray runs (blur_tmpl.h).
  *
  * A field of doubles is rounded twice, as it is taken to float and then on the way.  With the first, voxels may change sides
  * (sides.c), and the slope of the field changes by up to 2 u |v| a voxel edge, against that of the part's range: the slope

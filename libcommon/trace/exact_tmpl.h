@@ -20,7 +20,7 @@
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
  * PROVIDES    trace_exact() */
-#include "trace/subintervals_tmpl.h"
+#include "trace/blur_tmpl.h"
 
 /* ---- On to the next cell with something in it ---- */
 
@@ -89,7 +89,8 @@ ALWAYS_INLINE void look_at_cells(Exact *k, ints mask, unsigned features)
         k->most = reals_select(met, cell.most, k->most);
     }
     if (features & FEATURE_ISO) {
-        meets_iso = meets_isosurface(o, lo, hi);
+        reals blur = blur_of(lo, hi);
+        meets_iso = meets_isosurface(o, lo - blur, hi + blur);
         k->meets_iso = ints_select(met, meets_iso, k->meets_iso);
     }
     ints low, high;
@@ -242,6 +243,8 @@ ALWAYS_INLINE void plan(Exact *k, unsigned features)
         if (any(knots))
             plan_knots(k, knots);
         set_run(k, cut);
+        if (k->packet.tables->jumps)
+            give_up_blurred(k, cut, features);
     }
     ints whole = wanted & ~k->many;
     k->stop = reals_select(whole, reals_all(1), k->stop);
@@ -351,12 +354,16 @@ ALWAYS_INLINE void integrate(Exact *k, unsigned features)
         optical_depth = largest_optical_depth(k, &p, features);
         dense &= (ints)(optical_depth > 1);
     }
+    give_up_steep(k, seen, &p, &in, optical_depth, features);
     const unsigned plain = features & ~(unsigned)(FEATURE_SHADED | FEATURE_CLASSIC | FEATURE_SURFACE);
     dense = seen & (ints)(optical_depth > 1);
-    if (plain == features || !any(shaded))
+    if (plain == features || !any(shaded)) {
         sub_interval_light(k, &in, &p, dense, plain, &light);
-    else
+    } else {
         sub_interval_light(k, &in, &p, dense, features, &light);
+        if (features & FEATURE_SHADED)
+            give_up_faint(k, shaded, &p, optical_depth, features);
+    }
     add_light_of(k, &p, &light, seen, features);
     if (features & FEATURE_EXTRA)
         note_sub_interval(k, &p, &in, seen, features);
@@ -387,6 +394,7 @@ MAYBE_UNUSED static void cross_all(Exact *k, ints mask, unsigned features)
         return;
     if (features & FEATURE_SHADED) {
         take_gradients(k, crossing);
+        crossing = give_up_unsure_normals(k, crossing, features);
         shade_at(k, 1, &k->s, &sh);
     }
     FOR_LANES(i, mask_bits(crossing)) {

@@ -133,13 +133,6 @@ static inline bool traversal_enter_samples(Traversal *w, RayPacket *l, unsigned 
 
 /* ---- Together ---- */
 
-static inline void give_up(RayPacket *l, ints lanes)
-{
-    l->alive &= ~lanes;
-    FOR_LANES(i, mask_bits(lanes))
-        l->out[i].given_up = true;
-}
-
 /* What the lanes of the visit know of their brick. */
 ALWAYS_INLINE void settle_in(Traversal *w, RayPacket *l, const Visit *visit)
 {

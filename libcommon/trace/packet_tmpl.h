@@ -2,7 +2,7 @@
  * depend on which rays travel together.
  *
  * PARAMETERS  VOL_DOUBLE: in double, else in float
- * PROVIDES    RayPacket, packet_begin(), CLEAR_FROM() */
+ * PROVIDES    RayPacket, packet_begin(), give_up(), CLEAR_FROM() */
 #ifndef VOL_TRACE_PACKET_TMPL_H
 #define VOL_TRACE_PACKET_TMPL_H
 
@@ -54,6 +54,14 @@ static inline void packet_begin(RayPacket *l, const VolTraceCall *call, size_t f
         l->view[2][i] = (real)-ray->direction.z;
         l->alive[i] = i < l->count ? -1 : 0;
     }
+}
+
+/* Float is not enough for the rays of `lanes`. */
+static inline void give_up(RayPacket *l, ints lanes)
+{
+    l->alive &= ~lanes;
+    FOR_LANES(i, mask_bits(lanes))
+        l->out[i].given_up = true;
 }
 
 #endif

@@ -73,9 +73,10 @@ VolStatus vol_scene_prepare(const VolScene *scene, VolPrepared *out, VolError *e
     VolStatus status = vol_empty_space_find(scene, &out->space, err);
     if (!status && !scene->precise)
         status = vol_conditioning_judge(scene, &out->space, out->shaded, &out->ill_conditioned, err);
+    out->gives_up = out->ill_conditioned || (!scene->precise && scene->estimator == VOL_ESTIMATE_EXACT);
     if (!status && !scene->precise)
         status = vol_tf_tables_f32_new(scene, &out->tables32, err);
-    if (!status && (scene->precise || out->ill_conditioned))
+    if (!status && (scene->precise || out->gives_up))
         status = vol_tf_tables_f64_new(scene, &out->tables64, err);
     return status;
 }

@@ -16,6 +16,7 @@ typedef struct VolPrepared {
     VolTfTablesF64 *tables64;
     VolEmptySpace space;
     uint8_t *ill_conditioned;   /* one per part of the volume: float is not enough there (conditioning.c); NULL: nowhere */
+    bool gives_up;              /* rays in float may turn out to need double */
     bool shaded;                /* hybrid or classic with something to shade */
     double termination_opacity; /* the scene's, or by the precision */
     double termination_depth;   /* the optical depth for that, where nothing is emitted */

@@ -326,6 +326,7 @@ typedef struct SubInterval {
     reals g1[3], g2[3], g3[3], g4[3];
     reals surface0, surface1;
     reals scatter0, emit0[3]; /* at u = 0 */
+    reals shortest; /* of the shaded nodes' gradients those that are not 0, times gradient_scale */
 } SubInterval;
 
 /* From u to `end` of the segment. */
@@ -427,9 +428,17 @@ ALWAYS_INLINE void add_node(const Exact *k, const Properties *in, const SubInter
     }
 }
 
+ALWAYS_INLINE void note_shortest(const Exact *k, const Shading *sh, SubInterval *p)
+{
+    reals shortest = reals_all(INFINITY);
+    for (int n = 0; n < GAUSS; n++)
+        shortest = reals_min(shortest, reals_select((ints)(sh[n].gradient > 0), sh[n].gradient, shortest));
+    p->shortest = shortest * k->gradient_scale;
+}
+
 /* The light that sub-intervals send.  `dense` ones are too short to be cut further, and may be so opaque that no quadrature
  * node would be seen; all of such a one is weighted with its mean transmittance instead. */
-ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, const SubInterval *p, ints dense,
+ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, SubInterval *p, ints dense,
                                       unsigned features, Light *sum)
 {
     *sum = (Light){0};
@@ -441,8 +450,10 @@ ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, cons
     reals s[GAUSS];
     for (int n = 0; n < GAUSS; n++)
         s[n] = reals_fma(reals_all(gauss_x[n]), p->ds, p->sa);
-    if (features & FEATURE_SHADED)
+    if (features & FEATURE_SHADED) {
         shade_at(k, GAUSS, s, sh);
+        note_shortest(k, sh, p);
+    }
     for (int n = 0; n < GAUSS; n++) {
         reals u = reals_all(gauss_x[n]), X = run_of(p, u), weight[3], surface = {0};
         if (features & FEATURE_SURFACE)

@@ -1,4 +1,7 @@
 /* From the compiled transfer function to the kernel's tables; once for float, once for double. */
+#include <math.h>
+
+#include "trace/jumps.h"
 #include "trace/lookup_build_tmpl.h"
 #include "trace/tf_tables_tmpl.h"
 
@@ -32,6 +35,7 @@ static Interval interval_from(const VolTfInterval *from)
 static void free_tf_tables(TfTables *o)
 {
     free(o->edges);
+    free(o->jump);
     free(o->intervals);
     free(o->next_visible);
     free(o->buckets);
@@ -90,33 +94,24 @@ static void order_falling(TfTables *o)
     }
 }
 
-/* ---- Jumps ---- */
-
-static bool lines_meet(const VolLinear *before, double x, const VolLinear *after)
+/* The most that give_up_steep() can make of any interval in a cell whose values change by as much as the largest one: where
+ * even that is less than what it lets pass, it need not be asked. */
+static bool is_steep(const VolScene *scene)
 {
-    double a = before->a + before->b * x, b = after->a;
-    return fabs(a - b) <= 1e-9 * fmax(fabs(a), fabs(b));
-}
-
-/* Whether all that can be seen goes over from one interval to the next without a jump. */
-static bool intervals_meet(const VolTfInterval *before, const VolTfInterval *after)
-{
-    double x = after->v0 - before->v_ref;
-    bool meet = lines_meet(&before->scatter, x, &after->scatter) && lines_meet(&before->surface, x, &after->surface) &&
-                lines_meet(&before->surfaceness, x, &after->surfaceness);
-    for (int c = 0; c < 3 && meet; c++)
-        meet = lines_meet(&before->absorb[c], x, &after->absorb[c]) && lines_meet(&before->emit[c], x, &after->emit[c]) &&
-               lines_meet(&before->scatter_color[c], x, &after->scatter_color[c]) &&
-               lines_meet(&before->surface_color[c], x, &after->surface_color[c]);
-    return meet;
-}
-
-static bool has_jumps(const VolTfCompiled *tf)
-{
-    bool jumps = tf->isosurface_count > 0;
-    for (size_t i = 0; i < tf->knot_count && !jumps; i++)
-        jumps = !intervals_meet(&tf->intervals[i], &tf->intervals[i + 1]);
-    return jumps;
+    const VolTfCompiled *tf = scene->tf;
+    const VolAffine *m = vol_volume_to_world(&scene->volume);
+    double lo, hi, most = 0, diagonal = 0;
+    for (int a = 0; a < 3; a++)
+        diagonal += sqrt(m->m[a][0] * m->m[a][0] + m->m[a][1] * m->m[a][1] + m->m[a][2] * m->m[a][2]);
+    for (size_t j = 0; j <= tf->knot_count; j++) {
+        const VolTfInterval *in = &tf->intervals[j];
+        double width = isfinite(in->v1 - in->v0) ? in->v1 - in->v0 : 0;
+        for (int c = 0; c < 3; c++)
+            most = fmax(most, (fabs(in->scatter.b + in->absorb[c].b) + fabs(in->emit[c].b)) * diagonal +
+                                  fabs(in->scatter_color[c].b) + fabs(in->surface.a) + fabs(in->surface.b) * width);
+    }
+    bool some = vol_volume_range(&scene->volume, &lo, &hi);
+    return some && !(most * 2 * fmax(fabs(lo), fabs(hi)) * 0x1p-24 < BLUR_LIMIT);
 }
 
 static VolStatus build_tf_tables(const VolScene *scene, TfTables *o, VolError *err)
@@ -128,7 +123,8 @@ static VolStatus build_tf_tables(const VolScene *scene, TfTables *o, VolError *e
                   .features = features_of(tf),
                   .channels = tf->coloured ? 3 : 1,
                   .classic = tf->model == VOL_MODEL_CLASSIC,
-                  .jumps = has_jumps(tf),
+                  .steep = is_steep(scene),
+                  .jumps = vol_has_jumps(tf),
                   .ambient = (real)tf->ambient,
                   .diffuse = (real)tf->diffuse,
                   .specular = (real)tf->specular,
@@ -137,22 +133,25 @@ static VolStatus build_tf_tables(const VolScene *scene, TfTables *o, VolError *e
                   .g0 = (real)tf->surfaceness_gradient[0],
                   .g1 = (real)tf->surfaceness_gradient[1]};
     o->edges = vol_alloc(intervals + 1, sizeof *o->edges);
+    o->jump = vol_alloc_zero(intervals + 1, sizeof *o->jump);
     o->intervals = vol_alloc(intervals, sizeof *o->intervals);
     o->next_visible = vol_alloc(intervals + 1, sizeof *o->next_visible);
     o->buckets = vol_alloc(KNOT_BUCKETS, sizeof *o->buckets);
     o->isosurfaces = vol_alloc(tf->isosurface_count, sizeof *o->isosurfaces);
     o->isosurface_values = vol_alloc(tf->isosurface_count, sizeof *o->isosurface_values);
     o->falling = vol_alloc(tf->isosurface_count, sizeof *o->falling);
-    if (!o->edges || !o->intervals || !o->next_visible || !o->buckets || !o->isosurfaces || !o->isosurface_values ||
-        !o->falling) {
+    if (!o->edges || !o->jump || !o->intervals || !o->next_visible || !o->buckets || !o->isosurfaces ||
+        !o->isosurface_values || !o->falling) {
         free_tf_tables(o);
         return vol_fail_memory(err, intervals * sizeof *o->intervals);
     }
     o->edges[0] = -INFINITY;
     o->edges[intervals] = INFINITY;
     o->next_visible[intervals] = (int32_t)intervals;
-    for (size_t i = 0; i < tf->knot_count; i++)
+    for (size_t i = 0; i < tf->knot_count; i++) {
         o->edges[i + 1] = real_at_or_above(tf->knots[i]);
+        o->jump[i + 1] = (real)vol_jump_at_knot(tf, i);
+    }
     for (size_t i = intervals; i-- > 0;) {
         const VolTfInterval *in = &tf->intervals[i];
         bool visible = in->has_scatter || in->has_absorb || in->has_emit || in->has_surface;
@@ -164,7 +163,7 @@ static VolStatus build_tf_tables(const VolScene *scene, TfTables *o, VolError *e
     for (size_t i = 0; i < tf->isosurface_count; i++) {
         const VolIsosurface *d = &tf->isosurfaces[i];
         o->isosurfaces[i] = (Isosurface){(real)d->value, {(real)d->color[0], (real)d->color[1], (real)d->color[2]},
-                                         d->optical_depth, d->opacity};
+                                         (real)vol_particles_around(tf, d->value), d->optical_depth, d->opacity};
         o->isosurface_values[i] = o->isosurfaces[i].value;
     }
     order_falling(o);

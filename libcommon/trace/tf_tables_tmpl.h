@@ -34,6 +34,7 @@ _Static_assert(sizeof(Interval) == INTERVAL_REALS * sizeof(real), "an interval i
 typedef struct Isosurface {
     real value;
     real color[3];
+    real around; /* what particles beside it take from a ray or add to it, per unit of length */
     double optical_depth, opacity;
 } Isosurface;
 
@@ -49,6 +50,9 @@ enum {
     /* Which are nothing where there are none. */
     ALL_FEATURES = FEATURE_SURFACE | FEATURE_COLOURED | FEATURE_EMIT | FEATURE_ISO | FEATURE_EXTRA
 };
+
+/* What float may do to a pixel before its ray is traced in double (blur_tmpl.h). */
+#define BLUR_LIMIT 5e-6
 
 enum { KNOT_BUCKETS = 1024, FEW_KNOTS = 12 };
 
@@ -82,6 +86,7 @@ typedef struct Lookup {
 
 typedef struct TfTables {
     real *edges;       /* knot_count + 2: -infinity, the knots, infinity; interval j lies from edges[j] to edges[j + 1] */
+    real *jump;        /* per edge: what changes there at once (jumps.h) */
     size_t knot_count;
     Interval *intervals;   /* knot_count + 1 */
     int32_t *next_visible; /* per interval: the first at or above it that is something; knot_count + 1: none */
@@ -94,6 +99,7 @@ typedef struct TfTables {
     unsigned features;
     int channels; /* 1: extinction is grey, 3: coloured */
     bool classic;
+    bool steep;      /* somewhere float's rounding of the field may show in what particles and surfaces do */
     bool jumps;      /* isosurfaces, or values at which something begins or ends at once */
     real ambient, diffuse, specular;
     double shininess;

@@ -6,7 +6,7 @@
 
 bool vol_brick_store_new(VolBrickStore *store, size_t places, size_t size)
 {
-    store->numbers = vol_alloc_zero(places, size);
+    store->numbers = vol_alloc(places, size);
     store->key = vol_alloc_zero(places, sizeof *store->key);
     store->places = places;
     return store->numbers && store->key;
@@ -33,7 +33,7 @@ static VolStatus scratch_of_precision(const VolPrepared *prepared, size_t real_s
 VolStatus vol_scratch_new(const VolPrepared *prepared, VolScratch *out, VolError *err)
 {
     VolStatus status = scratch_of_precision(prepared, prepared->scene->precise ? sizeof(double) : sizeof(float), out, err);
-    if (!status && prepared->ill_conditioned) {
+    if (!status && prepared->gives_up) {
         out->in_double = vol_alloc_zero(1, sizeof *out->in_double);
         status = out->in_double ? scratch_of_precision(prepared, sizeof(double), out->in_double, err)
                                 : vol_fail_memory(err, sizeof *out->in_double);
@@ -129,11 +129,11 @@ static void trace_aloud(const VolTraceCall *call)
 void vol_trace_rays(const VolTraceCall *call)
 {
     const VolPrepared *prepared = call->prepared;
-    if (call->listener && prepared->ill_conditioned) {
+    if (call->listener && prepared->gives_up) {
         trace_aloud(call);
         return;
     }
     kernel_of(prepared->scene, prepared->scene->precise)(call);
-    if (prepared->ill_conditioned)
+    if (prepared->gives_up)
         trace_in_double(call);
 }

@@ -188,12 +188,12 @@ static void whatever_the_scene_pixels_are_sane_and_alike(void)
 /* Scenes that random search found: one that never ended, for one channel of three was dark and 1e30 deep; colours lost
  * where extinction begins at 0 or falls from 1e30 within a ten-thousandth; normals that underflowed next to a face;
  * isosurfaces exactly at the end of a ray; shading that turns next to where the gradient all but vanishes; spikes a few
- * units in the last place wide. */
+ * units in the last place wide; dips that float does not see; crossings that it cannot place. */
 static void scenes_that_were_wrong_once_are_right(void)
 {
     static const uint64_t seeds[] = {6007,  9098,  10202, 1325,  4982,  11431, 11758, 12059, 12396, 12962, 13489, 14389,
                                      14817, 14983, 15119, 16677, 17296, 17573, 18204, 18613, 21990, 22758, 23879, 29352,
-                                     29698, 29927, 5813,  6274};
+                                     29698, 29927, 5813,  6274,  200277, 300621, 400969};
     Tally tally = {0};
     for (size_t n = 0; n < sizeof seeds / sizeof *seeds; n++)
         check_scene(seeds[n], &tally);

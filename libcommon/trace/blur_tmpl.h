@@ -1,0 +1,160 @@
+/* What float cannot tell, for the exact estimator: rays that depend on it are traced in double.
+ *
+ * Float knows the field to about grain = u |v|, u = 2^-24, |v| the largest of the cell's corners.  A crossing of a knot or
+ * an isosurface is known to grain / |v'| along the ray, and next to where v turns to sqrt(grain / |v'' / 2|).  If what
+ * particles do jumps there, or an isosurface stands among them, the pixel is off by that length times the jump, seen
+ * through what is in front; an isosurface's normal by that length times its own turning.  Where v turns within a few grains
+ * of an isosurface, nobody can tell whether it is crossed twice or not at all.
+ *
+ * Where extinction or emission grows by b per unit of v, a stretch of length l is off by b l grain.
+ *
+ * Gradients are known to about u G, G the largest in the cell: the direction of one of length g to u G / g.
+ *
+ * Hardly one cell in a hundred thousand is such a case, but a ray meets a hundred cells, and a picture has a million rays.
+ * What does not depend on how a ray runs, conditioning.c judges by parts of the volume.
+ *
+ * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
+ * PROVIDES    blur_of(), give_up_blurred(), give_up_unsure_normals(), give_up_steep(), give_up_faint() */
+#ifndef VOL_TRACE_BLUR_TMPL_H
+#define VOL_TRACE_BLUR_TMPL_H
+
+#include "trace/subintervals_tmpl.h"
+
+#ifdef VOL_DOUBLE
+
+static inline reals blur_of(reals lo, reals hi) { return (void)lo, (void)hi, reals_all(0); }
+static inline void give_up_blurred(Exact *k, ints mask, unsigned features) { (void)k, (void)mask, (void)features; }
+static inline void give_up_steep(Exact *k, ints mask, const SubInterval *p, const Properties *in, reals optical_depth,
+                                 unsigned features)
+{
+    (void)k, (void)mask, (void)p, (void)in, (void)optical_depth, (void)features;
+}
+MAYBE_UNUSED static inline ints give_up_unsure_normals(Exact *k, ints mask, unsigned features)
+{
+    (void)k, (void)features;
+    return mask;
+}
+MAYBE_UNUSED static inline void give_up_faint(Exact *k, ints mask, const SubInterval *p, reals optical_depth,
+                                              unsigned features)
+{
+    (void)k, (void)mask, (void)p, (void)optical_depth, (void)features;
+}
+
+#else
+
+#define UNIT_ROUNDOFF ((real)0x1p-24)
+#define LEAST_SAFE ((real)0x1p-40) /* products of three values stay well within float above this */
+
+/* How near values must be to be mistaken for each other. */
+ALWAYS_INLINE reals blur_of(reals lo, reals hi) { return reals_max(reals_abs(lo), reals_abs(hi)) * (8 * UNIT_ROUNDOFF); }
+
+/* Gives up the rays of `mask` whose pixels are off by `effect`, seen through what is in front; returns those that go on. */
+ALWAYS_INLINE ints give_up_beyond(Exact *k, ints mask, reals effect, unsigned features)
+{
+    reals reached = k->sum.reached[0];
+    ints lost = mask & (ints)(effect > (real)BLUR_LIMIT);
+    if (!any(lost))
+        return mask;
+    for (int c = 1; c < channels_of(features); c++)
+        reached = reals_min(reached, k->sum.reached[c]);
+    lost &= (ints)(effect * reals_exp(-reached) > (real)BLUR_LIMIT);
+    k->in_cell &= ~lost;
+    give_up(&k->packet, lost);
+    return mask & ~lost;
+}
+
+/* How far a crossing at the segment's end may be off, in parts of the cell. */
+ALWAYS_INLINE reals shift_of(const Exact *k, reals grain)
+{
+    reals slope = reals_abs(cubic_slope(&k->v, k->stop)), bend = reals_abs(reals_fma(3 * k->v.a3, k->stop, k->v.a2));
+    reals steepest = reals_max(slope, reals_sqrt(grain * bend)), one = reals_all(1);
+    return reals_select((ints)(grain < steepest), grain / steepest, one);
+}
+
+/* The jump, per unit of length, at the knots that a segment comes near to at its end. */
+ALWAYS_INLINE reals jump_near(const Exact *k, reals near)
+{
+    const TfTables *o = k->packet.tables;
+    reals below = gather_reals(o->edges, k->interval), above = gather_reals(o->edges + 1, k->interval);
+    ints near_below = (ints)(reals_abs(k->stop_v - below) <= near);
+    ints near_above = (ints)(reals_abs(above - k->stop_v) <= near);
+    return reals_max(reals_where(near_below, gather_reals(o->jump, k->interval)),
+                     reals_where(near_above, gather_reals(o->jump + 1, k->interval)));
+}
+
+/* Whether a leg ends so near an isosurface that float cannot tell on which side.  What is the same in double is left out:
+ * faces all of whose corners lie on it, and fields that come down to it and no further. */
+ALWAYS_INLINE ints is_undecided(const Exact *k, reals near, real value, ints mask)
+{
+    reals off = reals_abs(k->leg_v - value);
+    return mask & (ints)(off <= near) & ((ints)(off > 0) | ((ints)(k->leg_s < 1) & (ints)(k->least < value)));
+}
+
+/* Gives up rays of `mask` whose next segment ends in such a crossing, or whose leg ends next to one. */
+static inline void give_up_blurred(Exact *k, ints mask, unsigned features)
+{
+    const TfTables *o = k->packet.tables;
+    reals largest = reals_max(reals_abs(k->least), reals_abs(k->most)), near = blur_of(k->least, k->most);
+    reals length = k->length * shift_of(k, largest * UNIT_ROUNDOFF);
+    reals effect = length * jump_near(k, near);
+    for (size_t n = 0; n < o->isosurface_count && features & FEATURE_ISO; n++) {
+        const Isosurface *iso = &o->isosurfaces[n];
+        ints met = mask & k->meets_iso, crossed = met & (ints)(reals_abs(k->stop_v - iso->value) <= near);
+        ints undecided = is_undecided(k, near, iso->value, met & k->leg_begun);
+        effect = reals_max(effect, reals_where(crossed, length * iso->around));
+        effect = reals_max(effect, reals_where(undecided, reals_all((real)iso->opacity)));
+    }
+    ints tiny = (ints)(largest > 0) & (ints)(largest < LEAST_SAFE);
+    give_up_beyond(k, mask, reals_select(tiny, reals_all(1), effect), features);
+}
+
+/* Where the cell's corners are not at hand: what the cubic's terms come to; a single value is known exactly. */
+ALWAYS_INLINE reals grain_of(const Cubic *v)
+{
+    reals change = (reals_abs(v->a1) + reals_abs(v->a2)) + reals_abs(v->a3);
+    return reals_where((ints)(change > 0), (reals_abs(v->a0) + change) * UNIT_ROUNDOFF);
+}
+
+/* Gives up rays of `mask` on which rounding of v shows in what a sub-interval does. */
+ALWAYS_INLINE void give_up_steep(Exact *k, ints mask, const SubInterval *p, const Properties *in, reals optical_depth,
+                                 unsigned features)
+{
+    const reals zero = reals_all(0), one = reals_all(1);
+    if (!k->packet.tables->steep)
+        return;
+    reals steepest = reals_abs(in->extinction[0][1]), color = reals_abs(in->scatter_color[0][1]);
+    for (int c = 1; c < channels_of(features); c++)
+        steepest = reals_max(steepest, reals_abs(in->extinction[c][1]));
+    for (int c = 0; c < 3 && features & FEATURE_EMIT; c++)
+        steepest = reals_max(steepest, reals_abs(in->emit[c][1]));
+    for (int c = 1; c < 3; c++)
+        color = reals_max(color, reals_abs(in->scatter_color[c][1]));
+    reals per_v = reals_fma(steepest, p->length, color * reals_min(optical_depth, one));
+    if (features & FEATURE_SURFACE) { /* where v turns, rounding of it on one side is not made up for on the other */
+        reals dense = reals_max(reals_line(in->surface[0], in->surface[1], p->x0 + run_of(p, one)), zero);
+        per_v += reals_where(k->ends_leg & (ints)(k->stop < one), dense);
+    }
+    give_up_beyond(k, mask, per_v * grain_of(&k->v), features);
+}
+
+/* The same for the normals of isosurfaces that rays of `mask` have come to; returns those that go on. */
+MAYBE_UNUSED static ints give_up_unsure_normals(Exact *k, ints mask, unsigned features)
+{
+    reals g[3], change[3], grain = reals_max(reals_abs(k->least), reals_abs(k->most)) * UNIT_ROUNDOFF;
+    gradients_at(k, k->stop, g);
+    for (int a = 0; a < 3; a++)
+        change[a] = cubic_slope(&k->gradient[a], k->stop);
+    reals length = reals_sqrt(dot3(g, g)), turn = shift_of(k, grain) * reals_sqrt(dot3(change, change));
+    return give_up_beyond(k, mask, reals_where((ints)(length > 0), (turn + UNIT_ROUNDOFF) / length), features);
+}
+
+/* The same for the normals of a sub-interval of rays of `mask`. */
+MAYBE_UNUSED static void give_up_faint(Exact *k, ints mask, const SubInterval *p, reals optical_depth, unsigned features)
+{
+    reals shown = reals_min(optical_depth, reals_all(1));
+    give_up_beyond(k, mask, shown * UNIT_ROUNDOFF / p->shortest, features);
+}
+
+#endif
+
+#endif
