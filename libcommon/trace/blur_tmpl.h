@@ -144,15 +144,19 @@ MAYBE_UNUSED static ints give_up_unsure_normals(Exact *k, ints mask, unsigned fe
     gradients_at(k, k->stop, g);
     for (int a = 0; a < 3; a++)
         change[a] = cubic_slope(&k->gradient[a], k->stop);
-    reals length = reals_sqrt(dot3(g, g)), turn = shift_of(k, grain) * reals_sqrt(dot3(change, change));
-    return give_up_beyond(k, mask, reals_where((ints)(length > 0), (turn + UNIT_ROUNDOFF) / length), features);
+    reals square = dot3(g, g), along = dot3(g, change), zero = reals_all(0);
+    reals across = reals_sqrt(reals_max(square * dot3(change, change) - along * along, zero)); /* |g| times what turns it */
+    reals turn = (shift_of(k, grain) * across + reals_sqrt(square) * UNIT_ROUNDOFF) / square;
+    return give_up_beyond(k, mask, reals_where((ints)(square > zero), turn), features);
 }
 
-/* The same for the normals of a sub-interval of rays of `mask`. */
+/* The same for the normals of a sub-interval of rays of `mask`.  Steady cells have no short gradients. */
 MAYBE_UNUSED static void give_up_faint(Exact *k, ints mask, const SubInterval *p, reals optical_depth, unsigned features)
 {
     reals shown = reals_min(optical_depth, reals_all(1));
-    give_up_beyond(k, mask, shown * UNIT_ROUNDOFF / p->shortest, features);
+    mask &= ~k->steady;
+    if (any(mask))
+        give_up_beyond(k, mask, shown * UNIT_ROUNDOFF / p->shortest, features);
 }
 
 #endif

@@ -326,7 +326,7 @@ typedef struct SubInterval {
     reals g1[3], g2[3], g3[3], g4[3];
     reals surface0, surface1;
     reals scatter0, emit0[3]; /* at u = 0 */
-    reals shortest; /* of the shaded nodes' gradients those that are not 0, times gradient_scale */
+    reals shortest; /* of the shaded nodes' gradients that are not 0, times gradient_scale; where a cell is not steady */
 } SubInterval;
 
 /* From u to `end` of the segment. */
@@ -452,7 +452,8 @@ ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, SubI
         s[n] = reals_fma(reals_all(gauss_x[n]), p->ds, p->sa);
     if (features & FEATURE_SHADED) {
         shade_at(k, GAUSS, s, sh);
-        note_shortest(k, sh, p);
+        if (any(k->gradients_known & ~k->steady))
+            note_shortest(k, sh, p);
     }
     for (int n = 0; n < GAUSS; n++) {
         reals u = reals_all(gauss_x[n]), X = run_of(p, u), weight[3], surface = {0};
