@@ -228,8 +228,10 @@ ALWAYS_INLINE ints look_up_table(const TfTables *o, const LookupEnd *a, const Lo
                                  real length, SegmentParts *out)
 {
     const Lookup *t = &o->lookup;
-    const lane_int entry = features & FEATURE_SURFACE ? 12 : 4;
-    reals group[3][4], particles, surface;
+    /* A general kernel has code for surfaces, but the table of a scene without any has no room for them. */
+    const bool surfaces = features & FEATURE_SURFACE && t->parts == 3;
+    const lane_int entry = surfaces ? 12 : 4;
+    reals group[3][4] = {{{0}}}, particles, surface;
     Corners corners;
     ints known = find_corners(t, a, b, mask, &corners);
     for (int p = 0; p < entry / 4; p++)
@@ -241,7 +243,7 @@ ALWAYS_INLINE ints look_up_table(const TfTables *o, const LookupEnd *a, const Lo
     for (int c = 0; c < 3; c++)
         out->optical_depth[c] = depth;
     reals sum = group[0][3];
-    if (features & FEATURE_SURFACE)
+    if (surfaces)
         sum += group[1][3] + group[2][3];
     /* Emission alone has no opacity to be scaled by. */
     reals some = reals_select((ints)(sum > 0), sum, reals_all(1)), passed;
