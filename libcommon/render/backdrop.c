@@ -1,6 +1,7 @@
 #include "render/backdrop.h"
 
 #include <ctype.h>
+#include <float.h>
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
@@ -18,8 +19,12 @@ static bool looks_like_a_file(const char *text)
 VolStatus vol_backdrop_parse(const char *text, bool exists, double color[3], bool *is_file, VolError *err)
 {
     *is_file = false;
-    if (vol_parse_reals(text, color, 3, 3) == 3)
+    if (vol_parse_reals(text, color, 3, 3) == 3) {
+        for (int c = 0; c < 3; c++)
+            if (!(fabs(color[c]) <= FLT_MAX))
+                return vol_fail(err, VOL_USAGE, "--background %s: no pixel can be as bright", text);
         return VOL_OK;
+    }
     *is_file = exists || looks_like_a_file(text) || strcmp(text, "-") == 0;
     if (*is_file)
         return VOL_OK;

@@ -58,5 +58,6 @@ done <<END
 --background 1,1
 --background #ffffff
 --background 0.5
+--background 1e39,0,0
 END
 finish
