@@ -108,11 +108,12 @@ static inline void give_up_blurred(Exact *k, ints mask, unsigned features)
     give_up_beyond(k, mask, reals_select(tiny, reals_all(1), effect), features);
 }
 
-/* Where the cell's corners are not at hand: what the cubic's terms come to; a single value is known exactly. */
+/* Where the cell's corners are not at hand: what the cubic's terms come to, and what the ray's place in the brick, known to
+ * 4 u of a cell, changes.  A single value is known exactly. */
 ALWAYS_INLINE reals grain_of(const Cubic *v)
 {
     reals change = (reals_abs(v->a1) + reals_abs(v->a2)) + reals_abs(v->a3);
-    return reals_where((ints)(change > 0), (reals_abs(v->a0) + change) * UNIT_ROUNDOFF);
+    return reals_where((ints)(change > 0), reals_fma(reals_all(5), change, reals_abs(v->a0)) * UNIT_ROUNDOFF);
 }
 
 /* Gives up rays of `mask` on which rounding of v shows in what a sub-interval does. */
@@ -131,10 +132,13 @@ ALWAYS_INLINE void give_up_steep(Exact *k, ints mask, const SubInterval *p, cons
         color = reals_max(color, reals_abs(in->scatter_color[c][1]));
     reals per_v = reals_fma(steepest, p->length, color * reals_min(optical_depth, one));
     if (features & FEATURE_SURFACE) { /* where v turns, rounding of it on one side is not made up for on the other */
-        reals dense = reals_max(reals_line(in->surface[0], in->surface[1], p->x0 + run_of(p, one)), zero);
-        per_v += reals_where(k->ends_leg & (ints)(k->stop < one), dense);
+        ints rises = (ints)(k->stop_v > k->va), first = (ints)(k->s == 0) & (ints)(k->done == 0);
+        reals after = reals_max(reals_line(in->surface[0], in->surface[1], p->x0 + run_of(p, one)), zero);
+        per_v += reals_where(k->ends_leg & (ints)(k->stop < one), after);
+        per_v += reals_where(first & (rises ^ k->rises), reals_max(p->surface0, zero));
+        k->rises = ints_select(mask, rises, k->rises);
     }
-    give_up_beyond(k, mask, per_v * grain_of(&k->v), features);
+    give_up_beyond(k, mask, 2 * per_v * grain_of(&k->v), features); /* such errors add up along a ray */
 }
 
 /* The same for the normals of isosurfaces that rays of `mask` have come to; returns those that go on. */

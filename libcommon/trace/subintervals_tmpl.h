@@ -38,6 +38,7 @@ typedef struct Exact {
     reals va, stop_v;         /* the field at its ends */
     ints stop_step;           /* what its end does to the interval: -1, 0, 1 */
     ints ends_leg;            /* it ends the leg */
+    ints rises;               /* v did on the last segment with something in it */
     Cubic run;                /* v - va along it, u in [0, 1]; a0 = 0 */
     reals done;               /* u up to which it is integrated */
 
