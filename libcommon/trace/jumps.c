@@ -2,8 +2,6 @@
 
 #include <math.h>
 
-#include "base/fmath.h"
-
 static double at(const VolLinear *line, const VolTfInterval *in, double v) { return line->a + line->b * (v - in->v_ref); }
 
 static bool lines_meet(const VolLinear *before, double x, const VolLinear *after)
