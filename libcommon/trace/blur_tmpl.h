@@ -18,7 +18,7 @@
 #ifndef VOL_TRACE_BLUR_TMPL_H
 #define VOL_TRACE_BLUR_TMPL_H
 
-#include "trace/subintervals_tmpl.h"
+#include "trace/gentle_tmpl.h"
 
 #ifdef VOL_DOUBLE
 
@@ -141,26 +141,109 @@ ALWAYS_INLINE void give_up_steep(Exact *k, ints mask, const SubInterval *p, cons
     give_up_beyond(k, mask, 2 * per_v * grain_of(&k->v), features); /* such errors add up along a ray */
 }
 
+/* Whether normals of the cell's gradients g at the segment's end, known to an angle of `turn`, may lie on either side of the
+ * viewer or of a light: a highlight begins at once there, and light falls on the other side.  Highlights that are roots of
+ * N.h grow so fast from 0 that rounding shows up to 10,000 times as far. */
+static ints has_no_side(const Exact *k, const reals g[3], reals turn)
+{
+    const VolScene *scene = k->packet.scene;
+    reals n[3];
+    unit_normal(&k->packet, g, n);
+    turn += 8 * UNIT_ROUNDOFF;
+    ints unsure = (ints)(reals_abs(dot3(n, k->packet.view)) <= (is_rooted(k->packet.tables) ? 10000 * turn : turn));
+    for (size_t i = 0; i < scene->light_count; i++) {
+        reals a[3], b[3];
+        if (scene->lights[i].kind == VOL_LIGHT_HEAD)
+            continue;
+        direction_in_cell(k, &scene->lights[i], a, b);
+        for (int c = 0; c < 3; c++)
+            a[c] = reals_fma(b[c], k->stop, a[c]);
+        reals towards = dot3(n, a);
+        unsure |= (ints)(towards * towards <= turn * turn * dot3(a, a));
+    }
+    return unsure;
+}
+
 /* The same for the normals of isosurfaces that rays of `mask` have come to; returns those that go on. */
 MAYBE_UNUSED static ints give_up_unsure_normals(Exact *k, ints mask, unsigned features)
 {
     reals g[3], change[3], grain = reals_max(reals_abs(k->least), reals_abs(k->most)) * UNIT_ROUNDOFF;
+    ints varies = {0};
     gradients_at(k, k->stop, g);
     for (int a = 0; a < 3; a++)
         change[a] = cubic_slope(&k->gradient[a], k->stop);
     reals square = dot3(g, g), along = dot3(g, change), zero = reals_all(0);
     reals across = reals_sqrt(reals_max(square * dot3(change, change) - along * along, zero)); /* |g| times what turns it */
     reals turn = (shift_of(k, grain) * across + reals_sqrt(square) * UNIT_ROUNDOFF) / square;
-    return give_up_beyond(k, mask, reals_where((ints)(square > zero), turn), features);
+    turn = reals_select(has_no_side(k, g, turn), reals_all(1), turn);
+    /* What is 0 in float, where the gradient is not 0 all over the cell, may be a normal in double. */
+    turn = reals_select((ints)(square > zero), turn, reals_all(1));
+    for (int a = 0; a < 3; a++)
+        varies |= (ints)(largest_term(&k->gradient[a]) > zero);
+    return give_up_beyond(k, mask, reals_where(varies, turn), features);
 }
 
-/* The same for the normals of a sub-interval of rays of `mask`.  Steady cells have no short gradients. */
+/* How far a root of the gradient's product with `to`, which changes by `per_s`, may be off in parts of the cell, where s is
+ * one; else 0.  Gradients are scaled to about 1. */
+static reals root_shift(const Exact *k, reals s, const reals to[3], const reals per_s[3])
+{
+    reals g[3], change[3], bend[3], size = reals_sqrt(dot3(to, to)), grain = 4 * UNIT_ROUNDOFF * size;
+    gradients_at(k, s, g);
+    for (int a = 0; a < 3; a++) {
+        change[a] = cubic_slope(&k->gradient[a], s);
+        bend[a] = reals_fma(3 * k->gradient[a].a3, s, k->gradient[a].a2);
+    }
+    reals slope = reals_abs(dot3(change, to) + dot3(g, per_s)), curve = reals_abs(dot3(bend, to) + dot3(change, per_s));
+    reals shift = grain / reals_max(slope, reals_sqrt(grain * curve));
+    return reals_where((ints)(reals_abs(dot3(g, to)) <= 8 * grain), reals_min(shift, reals_all(1)));
+}
+
+/* The same of the kinks of shading at s. */
+static reals kink_shift(const Exact *k, reals s)
+{
+    const VolScene *scene = k->packet.scene;
+    const reals still[3] = {{0}};
+    reals shift = root_shift(k, s, k->packet.view, still);
+    for (size_t n = 0; n < scene->light_count; n++) {
+        reals a[3], b[3];
+        if (scene->lights[n].kind == VOL_LIGHT_HEAD)
+            continue;
+        direction_in_cell(k, &scene->lights[n], a, b);
+        for (int c = 0; c < 3; c++)
+            a[c] = reals_fma(b[c], s, a[c]);
+        shift = reals_max(shift, root_shift(k, s, a, b));
+    }
+    return shift;
+}
+
+/* Gives up rays of `mask` whose sub-interval ends in a kink that float cannot place, and at which shading jumps: where only
+ * the viewer's own light shines it does not. */
+static void give_up_jumps(Exact *k, ints mask, const SubInterval *p, reals shown, unsigned features)
+{
+    reals end = p->sa + p->ds, shift = kink_shift(k, end), share = shown * reals_min(shift / p->ds, reals_all(1));
+    const reals around[2] = {end - 2 * shift, end + 2 * shift};
+    mask &= (ints)(share > (real)(BLUR_LIMIT / 16));
+    if (!any(mask))
+        return;
+    Shading sides[2];
+    reals jump = reals_all(0);
+    shade_at(k, 2, around, sides);
+    for (int c = 0; c < 3; c++)
+        jump = reals_max(jump, reals_abs(sides[1].k[c] - sides[0].k[c]) + reals_abs(sides[1].b[c] - sides[0].b[c]));
+    give_up_beyond(k, mask, share * jump, features);
+}
+
+/* The same for what rounding does to the shading of a sub-interval of rays of `mask`: to short gradients and where it jumps.
+ * Steady cells have neither. */
 MAYBE_UNUSED static void give_up_faint(Exact *k, ints mask, const SubInterval *p, reals optical_depth, unsigned features)
 {
     reals shown = reals_min(optical_depth, reals_all(1));
     mask &= ~k->steady;
-    if (any(mask))
-        give_up_beyond(k, mask, shown * UNIT_ROUNDOFF / p->shortest, features);
+    if (!any(mask))
+        return;
+    mask = give_up_beyond(k, mask, shown * UNIT_ROUNDOFF / p->shortest, features);
+    if (k->packet.prepared->lit_aside)
+        give_up_jumps(k, mask, p, shown, features);
 }
 
 #endif

@@ -1,7 +1,8 @@
 /* A cubic along each ray, s in [0, 1]: its range, where it turns, where it takes a value.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    Cubic, cubic_at(), cubic_slope(), cubic_replace(), cubic_range(), turning_points(), solve_cubic() */
+ * PROVIDES    Cubic, cubic_at(), cubic_slope(), largest_term(), cubic_replace(), cubic_range(), turning_points(),
+ *             solve_cubic() */
 #ifndef VOL_TRACE_CUBIC_TMPL_H
 #define VOL_TRACE_CUBIC_TMPL_H
 
@@ -19,6 +20,11 @@ ALWAYS_INLINE reals cubic_at(const Cubic *c, reals s)
 ALWAYS_INLINE reals cubic_slope(const Cubic *c, reals s)
 {
     return reals_fma(reals_fma(3 * c->a3, s, 2 * c->a2), s, c->a1);
+}
+
+ALWAYS_INLINE reals largest_term(const Cubic *c)
+{
+    return reals_max(reals_max(reals_abs(c->a0), reals_abs(c->a1)), reals_max(reals_abs(c->a2), reals_abs(c->a3)));
 }
 
 /* a where `mask`, else what was there. */

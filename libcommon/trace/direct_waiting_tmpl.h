@@ -20,13 +20,13 @@ ALWAYS_INLINE ints shaded_intervals(const TfTables *o, ints interval, unsigned f
     return needs_gradient(gather_reals(&o->intervals[0].has_surface, first), scatter, features);
 }
 
-/* t of the samples that wait, for lights that stand somewhere. */
-static reals times_waiting(const March *m)
+/* When the samples that wait are passed, for lights that stand somewhere. */
+static Times times_waiting(const March *m)
 {
-    reals t;
-    for (int i = 0; i < LANES; i++)
-        t[i] = (real)sample_time(&m->s, (unsigned)i, doubles_lane(&m->last.number, i));
-    return t;
+    double t[LANES] = {0};
+    for (int i = 0; i < LANES && m->s.packet.prepared->lit_from_places; i++)
+        t[i] = sample_time(&m->s, (unsigned)i, doubles_lane(&m->last.number, i));
+    return times_of(t);
 }
 
 /* |dv/dl| at the samples that wait, from their neighbours. */
@@ -52,8 +52,10 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
     particles_of(&in, x, features, step);
     if (features & FEATURE_SHADED) {
         shaded = seen & shaded_intervals(o, m->last.interval, features);
-        if (any(shaded))
-            shade_lanes(&m->s.packet, m->last.gradient, times_waiting(m), &sh);
+        if (any(shaded)) {
+            Times times = times_waiting(m);
+            shade_lanes(&m->s.packet, m->last.gradient, &times, &sh);
+        }
     }
     if (features & FEATURE_CLASSIC && any(shaded)) {
         reals scatter = reals_max(property_at(in.scatter, x), zero), factor[3];
@@ -127,7 +129,11 @@ static void cross_between_samples(March *m, unsigned i, const Isosurface *isosur
         real there[3];
         traversal_gradient(&m->s.way, l, &place, there);
         reals gradient[3] = {reals_all(there[0]), reals_all(there[1]), reals_all(there[2])};
-        shade_lanes(l, gradient, reals_all((real)t), &sh);
+        double all[LANES];
+        for (int n = 0; n < LANES; n++)
+            all[n] = t;
+        Times times = times_of(all);
+        shade_lanes(l, gradient, &times, &sh);
     }
     cross_isosurface(&m->sum, l, i, isosurface, t, features & FEATURE_SHADED ? &sh : NULL, features);
     end_opaque_marches(m, mask_of(1u << i), features);

@@ -19,8 +19,7 @@ static double shaded_bound(const VolPrepared *p, double color)
         double light = 0;
         for (size_t i = 0; i < scene->light_count; i++) {
             const VolLight *l = &scene->lights[i];
-            bool falls_off = l->kind == VOL_LIGHT_POINT || l->kind == VOL_LIGHT_SPOT;
-            light += falls_off ? l->rgb[c] / (p->nearest_light * p->nearest_light) : l->rgb[c];
+            light += vol_light_stands(l) ? l->rgb[c] / (p->nearest_light * p->nearest_light) : l->rgb[c];
         }
         bound = fmax(bound, light * ((tf->ambient + tf->diffuse) * color + tf->specular));
     }
@@ -40,6 +39,10 @@ static void set_bounds(VolPrepared *p)
     const VolTfCompiled *tf = scene->tf;
     bool classic = tf->model == VOL_MODEL_CLASSIC;
     p->shaded = tf->model == VOL_MODEL_HYBRID ? tf->has_surface || tf->isosurface_count : classic && tf->has_scatter;
+    for (size_t i = 0; i < scene->light_count; i++) {
+        p->lit_aside = p->lit_aside || scene->lights[i].kind != VOL_LIGHT_HEAD;
+        p->lit_from_places = p->lit_from_places || vol_light_stands(&scene->lights[i]);
+    }
     p->nearest_light = 0.5 * vol_volume_voxel(&scene->volume);
     p->color_bound = tf->max_color;
     if (p->shaded)
@@ -56,11 +59,7 @@ static void set_bounds(VolPrepared *p)
  * from a place, it changes on the way. */
 static int margin_of_blocks(const VolPrepared *p)
 {
-    const VolScene *scene = p->scene;
-    bool changes = false;
-    for (size_t i = 0; i < scene->light_count; i++)
-        changes = changes || scene->lights[i].kind == VOL_LIGHT_POINT || scene->lights[i].kind == VOL_LIGHT_SPOT;
-    if (changes && scene->tf->model == VOL_MODEL_CLASSIC)
+    if (p->lit_from_places && p->scene->tf->model == VOL_MODEL_CLASSIC)
         return -1;
     return p->shaded ? 1 : 0;
 }

@@ -20,7 +20,9 @@ typedef struct VolPrepared {
     bool shaded;                /* hybrid or classic with something to shade */
     double termination_opacity; /* the scene's, or by the precision */
     double termination_depth;   /* the optical depth for that, where nothing is emitted */
-    double nearest_light;       /* lights that stand somewhere shine no brighter than from this distance */
+    bool lit_aside;             /* some light is not the viewer's own */
+    bool lit_from_places;       /* some light stands somewhere, and changes along a ray */
+    double nearest_light;       /* such lights shine no brighter than from this distance */
     double color_bound;         /* largest radiance any surface or particle can send */
 } VolPrepared;
 

@@ -22,6 +22,12 @@ typedef struct VolLight {
     double cos_edge, cos_full; /* spots: dark beyond the first, full within the second */
 } VolLight;
 
+/* Whether it stands somewhere, and so changes along a ray. */
+static inline bool vol_light_stands(const VolLight *light)
+{
+    return light->kind == VOL_LIGHT_POINT || light->kind == VOL_LIGHT_SPOT;
+}
+
 /* Keeps n.x >= d; n as the user gave it. */
 typedef struct VolClip {
     VolVec3 normal;

@@ -23,7 +23,6 @@ typedef struct SegmentEnd {
 typedef struct Segments {
     Samples samples;
     SegmentEnd ends[2], *front, *back;
-    bool lit_from_places;       /* some light stands somewhere */
     Doubles length;             /* of the segments of this run, world units */
     ints own;                   /* these are of the scene's step */
     ints tails;                 /* segments that are to be closed by a sample in another brick: `back` */
@@ -43,7 +42,8 @@ static inline double end_time(const Segments *k, const SegmentEnd *end, unsigned
 static void shade_lanes_at(Segments *k, const SegmentEnd *end, ints mask, Shading *out)
 {
     Samples *s = &k->samples;
-    reals gradient[3], t = reals_all(0);
+    reals gradient[3];
+    double t[LANES] = {0};
     ints here = mask & end->here;
     traversal_sample_gradients(&s->way, &s->packet, &end->place, here, gradient);
     FOR_LANES(i, mask_bits(mask & ~here)) {
@@ -54,10 +54,11 @@ static void shade_lanes_at(Segments *k, const SegmentEnd *end, ints mask, Shadin
         for (int a = 0; a < 3; a++)
             gradient[a][i] = g[a];
     }
-    if (k->lit_from_places)
+    if (s->packet.prepared->lit_from_places)
         FOR_LANES(i, mask_bits(mask))
-            t[i] = (real)end_time(k, end, i);
-    shade_lanes(&s->packet, gradient, t, out);
+            t[i] = end_time(k, end, i);
+    Times times = times_of(t);
+    shade_lanes(&s->packet, gradient, &times, out);
 }
 
 static void shading_replace(Shading *old, ints mask, const Shading *by)

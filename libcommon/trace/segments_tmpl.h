@@ -180,15 +180,12 @@ static void enter_runs(Segments *k, bool full, unsigned features)
 
 static void segments_begin(Segments *k, const VolTraceCall *call, size_t first)
 {
-    const VolScene *scene = call->prepared->scene;
     CLEAR_FROM(k, ends);
     samples_begin(&k->samples, call, first, 0, false);
     k->front = &k->ends[0];
     k->back = &k->ends[1];
     for (int i = 0; i < LANES; i++)
         k->ends[0].cut[i] = k->ends[1].cut[i] = NAN;
-    for (size_t n = 0; n < scene->light_count; n++)
-        k->lit_from_places |= scene->lights[n].kind == VOL_LIGHT_POINT || scene->lights[n].kind == VOL_LIGHT_SPOT;
 }
 
 ALWAYS_INLINE void march_segments(Segments *k, bool full, unsigned features)

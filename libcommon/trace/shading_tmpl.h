@@ -2,8 +2,16 @@
  *     sum_k RGB_k (k_d c max(0, N.l) + k_s max(0, N.h)^n [N.l > 0]) + k_a c sum_k RGB_k
  * Where the gradient is 0 there is no normal and the ambient term stands alone.
  *
+ * Beside a light that stands somewhere, far from the eye, float would lose its direction in the distance: the light's place
+ * is kept as the ray's nearest approach to it, and times in two parts.
+ *
+ * Of sharp highlights float would lose more than it keeps: n is the shininess, and rounding u of N.h becomes n u.  With
+ * q = 1 - N.h = |N - h|^2 / 2, h of length 1, they are exp(n log(1 - q)); what rounds is |N - h|, hence n q rounds to
+ * 2 sqrt(n q) sqrt(n) u, of which exp(-n q) leaves at most 0.9 sqrt(n) u.
+ *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    Shading, shade_scaled(), shade_lanes(), towards_light(), surfaceness_of(), classic_factors() */
+ * PROVIDES    Shading, shade_scaled(), shade_lanes(), surfaceness_of(), classic_factors(); Times, times_of(), LightPath,
+ *             light_path(), towards_light(), halfway_to(), HIGHLIGHTS_SHARP */
 #ifndef VOL_TRACE_SHADING_TMPL_H
 #define VOL_TRACE_SHADING_TMPL_H
 
@@ -24,6 +32,131 @@ ALWAYS_INLINE reals dot3(const reals a[3], const reals b[3])
 
 /* Gradients shaded together, at several places on each ray: side by side their long chains of operations overlap. */
 enum { SHADINGS_MOST = 16 };
+
+/* ---- Where lights are ---- */
+
+/* t + rest, on each ray. */
+typedef struct Times {
+    reals t, rest;
+} Times;
+
+static inline Times times_of(const double t[LANES])
+{
+    real part[2][LANES];
+    Times times;
+    for (int i = 0; i < LANES; i++) {
+        part[0][i] = (real)t[i];
+        part[1][i] = (real)(t[i] - (double)part[0][i]);
+    }
+    memcpy(&times.t, part[0], sizeof times.t);
+    memcpy(&times.rest, part[1], sizeof times.rest);
+    return times;
+}
+
+/* A light other than the viewer's own as rays see it on their way: of a sun, where it comes from; of what stands somewhere,
+ * how far to the side rays pass it, and when. */
+typedef struct LightPath {
+    reals side[3];
+    Times nearest;
+} LightPath;
+
+static inline void light_path(const RayPacket *packet, const VolLight *light, LightPath *out)
+{
+    if (!vol_light_stands(light)) {
+        const double from[3] = {-light->direction.x, -light->direction.y, -light->direction.z};
+        for (int a = 0; a < 3; a++)
+            out->side[a] = reals_all((real)from[a]);
+        out->nearest = (Times){{0}};
+        return;
+    }
+    real sides[3][LANES];
+    double t[LANES];
+    for (size_t i = 0; i < LANES; i++) {
+        const VolRay *ray = &packet->rays[i < packet->count ? i : 0];
+        VolVec3 from = vol_sub(light->position, ray->origin);
+        t[i] = vol_dot(from, ray->direction);
+        VolVec3 side = vol_sub(from, vol_scale(ray->direction, t[i]));
+        sides[0][i] = (real)side.x;
+        sides[1][i] = (real)side.y;
+        sides[2][i] = (real)side.z;
+    }
+    memcpy(out->side, sides, sizeof out->side);
+    out->nearest = times_of(t);
+}
+
+/* Towards the light, of any length. */
+ALWAYS_INLINE void towards_light(const RayPacket *packet, const VolLight *light, const LightPath *path, const Times *times,
+                                 reals to[3])
+{
+    memcpy(to, path->side, sizeof path->side);
+    if (!vol_light_stands(light))
+        return;
+    reals past = (times->t - path->nearest.t) + (times->rest - path->nearest.rest);
+    for (int a = 0; a < 3; a++)
+        to[a] = reals_fma(past, packet->view[a], to[a]);
+}
+
+/* Its direction; returns how much of its strength arrives. */
+ALWAYS_INLINE reals arriving_from(const RayPacket *packet, const VolLight *light, const LightPath *path, const Times *times,
+                                  reals l[3])
+{
+    reals to[3];
+    towards_light(packet, light, path, times, to);
+    if (!vol_light_stands(light)) {
+        memcpy(l, to, sizeof to);
+        return reals_all(1);
+    }
+    reals r = reals_sqrt(dot3(to, to)), least = reals_all((real)packet->prepared->nearest_light);
+    ints away = (ints)(r > 0);
+    for (int a = 0; a < 3; a++)
+        l[a] = reals_select(away, to[a] / r, reals_all(0));
+    reals reach = reals_max(r, least);
+    reals scale = 1 / (reach * reach);
+    if (light->kind != VOL_LIGHT_SPOT)
+        return scale;
+    reals c = reals_all(0);
+    const double axis[3] = {light->direction.x, light->direction.y, light->direction.z};
+    for (int a = 0; a < 3; a++)
+        c = reals_fma(l[a], reals_all((real)-axis[a]), c);
+    reals s = (c - (real)light->cos_edge) / (real)(light->cos_full - light->cos_edge);
+    s = reals_clamp(s, 0, 1);
+    return scale * (s * s * (3 - 2 * s));
+}
+
+/* Halfway between that direction and the viewer's: unit, or 0 where they are opposite. */
+ALWAYS_INLINE void halfway_to(const RayPacket *packet, const reals l[3], reals h[3])
+{
+    for (int a = 0; a < 3; a++)
+        h[a] = l[a] + packet->view[a];
+    reals hh = dot3(h, h), zero = reals_all(0);
+    reals scale = reals_select((ints)(hh > 0), 1 / reals_sqrt(hh), zero);
+    for (int a = 0; a < 3; a++)
+        h[a] *= scale;
+}
+
+/* ---- Highlights ---- */
+
+/* From this shininess on, in float, highlights are computed from 1 - N.h. */
+#define HIGHLIGHTS_SHARP 64
+
+static inline bool is_sharp(const TfTables *tables)
+{
+    return sizeof(real) == sizeof(float) && tables->shininess >= HIGHLIGHTS_SHARP;
+}
+
+/* (1 - q)^n for q >= 0: log(1 - q) = -2 artanh(q / (2 - q)), whose series is good to rounding for q up to 0.3; beyond, all
+ * is below 1e-9 and the truncated sum keeps it there. */
+ALWAYS_INLINE void sharp_highlights(int count, reals *q, double n)
+{
+    static const real c[] = {(real)(1.0 / 13), (real)(1.0 / 11), (real)(1.0 / 9), (real)(1.0 / 7), (real)(1.0 / 5),
+                             (real)(1.0 / 3)};
+    for (int i = 0; i < count; i++) {
+        reals x = reals_min(q[i], reals_all(1)), z = x / (2 - x), zz = z * z, p = reals_all(c[0]);
+        for (unsigned k = 1; k < sizeof c / sizeof *c; k++)
+            p = reals_fma(p, zz, reals_all(c[k]));
+        q[i] = reals_exp((real)(-2 * n) * reals_fma(z * zz, p, z));
+    }
+}
 
 /* x^n for x in [0, 1], `count` times; whole exponents by squaring, from the highest bit down. */
 ALWAYS_INLINE void highlights(int count, reals *x, double n)
@@ -51,65 +184,13 @@ ALWAYS_INLINE void highlights(int count, reals *x, double n)
     }
 }
 
-/* Towards a light that is not the viewer's own, at t on each ray; of any length. */
-static inline void towards_light(const RayPacket *packet, const VolLight *light, reals t, reals to[3])
+/* Of unit normals n and unit h: what the highlight is computed from. */
+ALWAYS_INLINE reals highlight_argument(const reals n[3], const reals h[3], bool sharp)
 {
-    if (light->kind == VOL_LIGHT_SUN) {
-        to[0] = reals_all((real)-light->direction.x);
-        to[1] = reals_all((real)-light->direction.y);
-        to[2] = reals_all((real)-light->direction.z);
-        return;
-    }
-    real from[3][LANES];
-    for (size_t i = 0; i < LANES; i++) {
-        VolVec3 light_from = vol_sub(light->position, packet->rays[i < packet->count ? i : 0].origin);
-        from[0][i] = (real)light_from.x;
-        from[1][i] = (real)light_from.y;
-        from[2][i] = (real)light_from.z;
-    }
-    for (int a = 0; a < 3; a++) {
-        memcpy(&to[a], from[a], sizeof to[a]);
-        to[a] = reals_fma(t, packet->view[a], to[a]);
-    }
-}
-
-/* Direction towards a light that stands somewhere, at t on each ray; returns how much of its strength arrives there. */
-static inline reals arriving_from(const RayPacket *packet, const VolLight *light, reals t, reals l[3])
-{
-    reals to[3];
-    towards_light(packet, light, t, to);
-    reals r = reals_sqrt(dot3(to, to)), least = reals_all((real)packet->prepared->nearest_light);
-    ints away = (ints)(r > 0);
-    for (int a = 0; a < 3; a++)
-        l[a] = reals_select(away, to[a] / r, reals_all(0));
-    reals reach = reals_max(r, least);
-    reals scale = 1 / (reach * reach);
-    if (light->kind != VOL_LIGHT_SPOT)
-        return scale;
-    reals c = reals_all(0);
-    const double axis[3] = {light->direction.x, light->direction.y, light->direction.z};
-    for (int a = 0; a < 3; a++)
-        c = reals_fma(l[a], reals_all((real)-axis[a]), c);
-    reals s = (c - (real)light->cos_edge) / (real)(light->cos_full - light->cos_edge);
-    s = reals_clamp(s, 0, 1);
-    return scale * (s * s * (3 - 2 * s));
-}
-
-/* Cosines of the normal with the direction towards a light that is not the viewer's own, and with what lies halfway between
- * light and viewer; returns how much of its strength arrives. */
-ALWAYS_INLINE reals cosines(const RayPacket *packet, const VolLight *light, const reals n[3], reals t, reals *nl, reals *nh)
-{
-    const reals *view = packet->view;
-    reals scale = reals_all(1), l[3];
-    if (light->kind == VOL_LIGHT_SUN)
-        towards_light(packet, light, t, l);
-    else
-        scale = arriving_from(packet, light, t, l);
-    reals h[3] = {l[0] + view[0], l[1] + view[1], l[2] + view[2]};
-    reals hh = dot3(h, h);
-    *nl = dot3(n, l);
-    *nh = reals_select((ints)(hh > 0), dot3(n, h) / reals_sqrt(hh), reals_all(0));
-    return scale;
+    if (!sharp)
+        return reals_min(dot3(n, h), reals_all(1));
+    reals off[3] = {n[0] - h[0], n[1] - h[1], n[2] - h[2]};
+    return (real)0.5 * dot3(off, off);
 }
 
 /* `shine` is the highlight of the unit light. */
@@ -154,39 +235,63 @@ ALWAYS_INLINE reals face_viewer(const RayPacket *packet, const reals gradient[3]
     return facing * side;
 }
 
-/* Gradients in world space, scaled so that their squares neither overflow nor vanish; at t on each ray. */
-ALWAYS_INLINE void shade_scaled(const RayPacket *packet, int count, const reals gradient[][3], const reals *t, Shading *out)
+/* N.l of one light, what its highlight is computed from, and how much of its strength arrives. */
+ALWAYS_INLINE reals lit_by(const RayPacket *packet, const VolLight *light, const LightPath *path, const Times *times,
+                           const reals normal[3], bool sharp, reals *nl, reals *highlight)
+{
+    reals l[3], h[3], scale = arriving_from(packet, light, path, times, l);
+    halfway_to(packet, l, h);
+    *nl = dot3(normal, l);
+    *highlight = highlight_argument(normal, h, sharp);
+    return scale;
+}
+
+/* Gradients in world space, scaled so that their squares neither overflow nor vanish, so long after `begin`; the times
+ * matter to lights that stand somewhere. */
+ALWAYS_INLINE void shade_scaled(const RayPacket *packet, int count, const reals gradient[][3], const Times *begin,
+                                const reals *after, Shading *out)
 {
     const TfTables *tables = packet->tables;
+    const bool sharp = is_sharp(tables);
     reals nv[SHADINGS_MOST];
     for (int i = 0; i < count; i++)
         nv[i] = face_viewer(packet, gradient[i], &out[i]);
     for (size_t n = 0; n < packet->scene->light_count; n++) {
         const VolLight *light = &packet->scene->lights[n];
-        reals nl[SHADINGS_MOST], nh[SHADINGS_MOST], scale[SHADINGS_MOST];
+        const bool head = light->kind == VOL_LIGHT_HEAD;
+        LightPath path;
+        reals nl[SHADINGS_MOST], shine[SHADINGS_MOST], scale[SHADINGS_MOST];
+        if (!head)
+            light_path(packet, light, &path);
         for (int i = 0; i < count; i++) {
-            nl[i] = nh[i] = nv[i];
+            nl[i] = nv[i];
             scale[i] = reals_all(1);
-            if (light->kind != VOL_LIGHT_HEAD)
-                scale[i] = cosines(packet, light, out[i].normal, t[i], &nl[i], &nh[i]);
-            nh[i] = reals_min(nh[i], reals_all(1));
+            if (head) {
+                shine[i] = sharp ? highlight_argument(out[i].normal, packet->view, true) : reals_min(nv[i], scale[i]);
+            } else {
+                const Times times = {begin->t, begin->rest + after[i]};
+                scale[i] = lit_by(packet, light, &path, &times, out[i].normal, sharp, &nl[i], &shine[i]);
+            }
         }
-        highlights(count, nh, tables->shininess);
+        if (sharp)
+            sharp_highlights(count, shine, tables->shininess);
+        else
+            highlights(count, shine, tables->shininess);
         for (int i = 0; i < count; i++) {
             reals rgb[3];
             for (int c = 0; c < 3; c++)
                 rgb[c] = (real)light->rgb[c] * scale[i];
-            add_light(tables, nl[i], nh[i], rgb, &out[i]);
+            add_light(tables, nl[i], shine[i], rgb, &out[i]);
         }
     }
 }
 
-/* `gradient` in world space, at t on each ray. */
-static inline void shade_lanes(const RayPacket *packet, const reals gradient[3], reals t, Shading *out)
+/* `gradient` in world space, at those times. */
+static inline void shade_lanes(const RayPacket *packet, const reals gradient[3], const Times *times, Shading *out)
 {
     reals scale = scale_for(reals_max(reals_abs(gradient[0]), reals_max(reals_abs(gradient[1]), reals_abs(gradient[2]))));
-    reals scaled[1][3] = {{gradient[0] * scale, gradient[1] * scale, gradient[2] * scale}};
-    shade_scaled(packet, 1, scaled, &t, out);
+    reals scaled[1][3] = {{gradient[0] * scale, gradient[1] * scale, gradient[2] * scale}}, zero = reals_all(0);
+    shade_scaled(packet, 1, scaled, times, &zero, out);
     out->gradient /= scale;
 }
 

@@ -2,7 +2,7 @@
  * interval of the transfer function, their optical depth in closed form, their light by Gauss-Legendre quadrature.
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
- * PROVIDES    Exact; cell_time(), take_gradients(), end_of_gentle_turn(), shade_at(); SubInterval, cut_sub_interval(),
+ * PROVIDES    Exact; cell_time(), cell_times(), time_in_cell(), gradients_at(), shade_at(); SubInterval, cut_sub_interval(),
  *             optical_depth_to(), largest_optical_depth(), sub_interval_light(), channel_is_lit() */
 #ifndef VOL_TRACE_SUBINTERVALS_TMPL_H
 #define VOL_TRACE_SUBINTERVALS_TMPL_H
@@ -54,85 +54,21 @@ static inline double cell_time(const Exact *k, unsigned i, real s)
 
 /* ---- Shading inside a cell ---- */
 
-/* Where the cells begin, as times along the rays. */
-ALWAYS_INLINE reals cell_times(const Exact *k)
+/* Where the cells begin, as times along the rays, where any light asks for them. */
+ALWAYS_INLINE Times cell_times(const Exact *k)
 {
-    reals t0;
-    for (int i = 0; i < LANES; i++)
-        t0[i] = (real)stretch_begin(&k->way)[i];
-    return t0 + k->begin;
+    Times times = {{0}};
+    if (k->packet.prepared->lit_from_places) {
+        times = times_of(stretch_begin(&k->way));
+        times.rest += k->begin;
+    }
+    return times;
 }
 
-/* f = m0 + m1 y + m2 y^2 + m3 y^3 with y = 2 s - 1, from -1 to 1 in the cell. */
-ALWAYS_INLINE void about_middle(const Cubic *f, reals m[4])
+/* The time s of the way through cells that begin at `begin`. */
+ALWAYS_INLINE Times time_in_cell(const Exact *k, const Times *begin, reals s)
 {
-    reals half = (real)0.5 * f->a1, quarter = (real)0.25 * f->a2;
-    m[3] = (real)0.125 * f->a3;
-    m[2] = reals_fma(reals_all(3), m[3], quarter);
-    m[1] = reals_fma(reals_all(3), m[3], half + 2 * quarter);
-    m[0] = f->a0 + half + quarter + m[3];
-}
-
-/* Whether all of the cell's gradients, about its middle m[n], are on the same side of a light: their product with `to` + y
- * `change` has no zero where |f1| + |f2| + |f3| + |f4| < |f0|. */
-static inline ints all_on_one_side(const reals m[4][3], const reals to[3], const reals change[3])
-{
-    reals f0 = dot3(m[0], to), rest = reals_abs(dot3(m[3], change));
-    for (int n = 1; n < 4; n++)
-        rest += reals_abs(dot3(m[n], to) + dot3(m[n - 1], change));
-    return (ints)(rest < reals_abs(f0));
-}
-
-/* Whether every normal of the cell lies within 26 degrees of every other, on the same side of the viewer and of each light,
- * and no gradient is much shorter than another: with the gradient m0 + m1 y + m2 y^2 + m3 y^3,
- * |m1| + |m2| + |m3| <= |m0| / 5 keeps all within 11.6 degrees of m0 and a fifth of its length. */
-static inline ints is_steady(const Exact *k, const Cubic gradient[3])
-{
-    const VolScene *scene = k->packet.scene;
-    reals m[4][3], to[3], change[3], none[3] = {{0}};
-    for (int a = 0; a < 3; a++) {
-        reals of_axis[4];
-        about_middle(&gradient[a], of_axis);
-        for (int n = 0; n < 4; n++)
-            m[n][a] = of_axis[n];
-    }
-    reals around = reals_sqrt(dot3(m[1], m[1])) + reals_sqrt(dot3(m[2], m[2])) + reals_sqrt(dot3(m[3], m[3]));
-    ints steady = (ints)(25 * around * around <= dot3(m[0], m[0]));
-    steady &= all_on_one_side((const reals(*)[3])m, k->packet.view, none);
-    for (size_t n = 0; n < scene->light_count; n++) {
-        const VolLight *light = &scene->lights[n];
-        if (light->kind == VOL_LIGHT_HEAD)
-            continue;
-        towards_light(&k->packet, light, reals_fma(k->length, reals_all((real)0.5), cell_times(k)), to);
-        for (int a = 0; a < 3; a++)
-            change[a] = light->kind == VOL_LIGHT_SUN ? none[a] : (real)0.5 * k->length * k->packet.view[a];
-        steady &= all_on_one_side((const reals(*)[3])m, to, change);
-    }
-    return steady;
-}
-
-/* The gradients of the cells of `mask`, scaled so that their squares neither overflow nor vanish. */
-static inline void take_gradients(Exact *k, ints mask)
-{
-    ints wanted = mask & ~k->gradients_known;
-    if (!any(wanted))
-        return;
-    Cubic world[3];
-    reals largest = reals_all(0);
-    traversal_gradients(&k->way, &k->packet, &k->place, wanted, world);
-    for (int a = 0; a < 3; a++) {
-        const reals some[4] = {world[a].a0, world[a].a1, world[a].a2, world[a].a3};
-        for (int n = 0; n < 4; n++)
-            largest = reals_max(largest, reals_abs(some[n]));
-    }
-    reals scale = scale_for(largest);
-    for (int a = 0; a < 3; a++) {
-        Cubic fresh = {world[a].a0 * scale, world[a].a1 * scale, world[a].a2 * scale, world[a].a3 * scale};
-        cubic_replace(&k->gradient[a], wanted, &fresh);
-    }
-    k->gradient_scale = reals_select(wanted, scale, k->gradient_scale);
-    k->steady = ints_select(wanted, is_steady(k, k->gradient), k->steady);
-    k->gradients_known |= wanted;
+    return (Times){begin->t, reals_fma(s, k->length, begin->rest)};
 }
 
 ALWAYS_INLINE void gradients_at(const Exact *k, reals s, reals out[3])
@@ -144,176 +80,15 @@ ALWAYS_INLINE void gradients_at(const Exact *k, reals s, reals out[3])
 /* At `count` places s of each cell. */
 ALWAYS_INLINE void shade_at(const Exact *k, int count, const reals *s, Shading *out)
 {
-    reals gradient[SHADINGS_MOST][3], t[SHADINGS_MOST], begin = cell_times(k);
+    reals gradient[SHADINGS_MOST][3], after[SHADINGS_MOST];
+    Times begin = cell_times(k);
     for (int n = 0; n < count; n++) {
         gradients_at(k, s[n], gradient[n]);
-        t[n] = reals_fma(s[n], k->length, begin);
+        after[n] = s[n] * k->length;
     }
-    shade_scaled(&k->packet, count, (const reals(*)[3])gradient, t, out);
+    shade_scaled(&k->packet, count, (const reals(*)[3])gradient, &begin, after, out);
     for (int n = 0; n < count; n++)
         out[n].gradient /= k->gradient_scale;
-}
-
-/* Whether the normal turns by more than 18 degrees from a to b. */
-ALWAYS_INLINE ints turns(const reals a[3], const reals b[3])
-{
-    reals aa = dot3(a, a), bb = dot3(b, b), ab = dot3(a, b);
-    return (ints)(ab < 0) | (ints)(ab * ab < (real)0.9 * aa * bb);
-}
-
-/* Whether the gradient bends so much that it may all but vanish in between: the second difference against the middle. */
-ALWAYS_INLINE ints bends(const reals a[3], const reals m[3], const reals b[3])
-{
-    reals second[3];
-    for (int i = 0; i < 3; i++)
-        second[i] = (a[i] - m[i]) + (b[i] - m[i]);
-    return (ints)(dot3(second, second) > (real)0.1 * dot3(m, m));
-}
-
-/* Whether the normal does most of its turning near the end where the gradient is shorter: the gradient's length changes
- * much, and its direction with it.  For a gradient a + b s the normal has poles at |s| = |a| / |b|; the quadrature
- * resolves a stretch up to 4 times that long (rho = 2.6).  Turns of less than half a degree do not matter. */
-ALWAYS_INLINE ints turns_at_an_end(const reals a[3], const reals b[3])
-{
-    reals aa = dot3(a, a), bb = dot3(b, b), ab = dot3(a, b);
-    ints uneven = (ints)(aa > 25 * bb) | (ints)(bb > 25 * aa);
-    return uneven & (ints)(ab * ab < (real)0.9999 * aa * bb);
-}
-
-/* Where the gradient's product with `to` is 0 between sa and sb, else sb; what is 0 but for rounding has no side. */
-static inline reals side_limit(const Exact *k, const reals to[3], reals sa, reals sb, ints mask)
-{
-    const Cubic *g = k->gradient;
-    Cubic f = {dot3((reals[]){g[0].a0, g[1].a0, g[2].a0}, to), dot3((reals[]){g[0].a1, g[1].a1, g[2].a1}, to),
-               dot3((reals[]){g[0].a2, g[1].a2, g[2].a2}, to), dot3((reals[]){g[0].a3, g[1].a3, g[2].a3}, to)};
-    reals none = 4 * REAL_EPSILON * (reals_abs(f.a0) + reals_abs(f.a1) + reals_abs(f.a2) + reals_abs(f.a3));
-    reals turn[2], side[4];
-    turning_points(&f, &turn[0], &turn[1]);
-    /* Between these f is monotone: no pair of zeros stays unseen. */
-    reals at[4] = {sa, reals_min(reals_max(turn[0], sa), sb), reals_min(reals_max(turn[1], sa), sb), sb};
-    for (int n = 0; n < 4; n++) {
-        side[n] = cubic_at(&f, at[n]);
-        side[n] = reals_where((ints)(reals_abs(side[n]) > none), side[n]);
-    }
-    ints crossed = {0};
-    reals lo = sa, hi = sb;
-    for (int n = 2; n >= 0; n--) {
-        ints here = mask & (ints)(side[n] * side[n + 1] < 0);
-        crossed |= here;
-        lo = reals_select(here, at[n], lo);
-        hi = reals_select(here, at[n + 1], hi);
-    }
-    if (!any(crossed))
-        return sb;
-    reals zero = solve_cubic(&f, reals_all(0), lo, hi, crossed);
-    return reals_select(crossed & (ints)(zero > sa), zero, sb);
-}
-
-/* The first place between sa and sb where a light begins or ceases to shine on the surface, else sb.  The direction towards
- * a light with a position changes along the ray, but slowly: the root is found for a fixed direction, then again for the
- * direction at that root. */
-static reals light_limit(const Exact *k, const VolLight *light, reals sa, reals sb, ints mask)
-{
-    int looks = light->kind == VOL_LIGHT_SUN ? 1 : 3;
-    reals s = (real)0.5 * (sa + sb), to[3];
-    for (int n = 0; n < looks; n++) {
-        towards_light(&k->packet, light, reals_fma(s, k->length, cell_times(k)), to);
-        s = side_limit(k, to, sa, sb, mask);
-    }
-    return s;
-}
-
-/* Where the normal flips to face the viewer, or a light begins or ceases to shine on it, between sa and sb, else sb. */
-static inline reals kink_limit(const Exact *k, reals sa, reals sb, ints mask)
-{
-    const VolScene *scene = k->packet.scene;
-    sb = side_limit(k, k->packet.view, sa, sb, mask);
-    for (size_t n = 0; n < scene->light_count; n++)
-        if (scene->lights[n].kind != VOL_LIGHT_HEAD)
-            sb = light_limit(k, &scene->lights[n], sa, sb, mask);
-    return sb;
-}
-
-/* |gradient|^2 - square, along the cell. */
-ALWAYS_INLINE reals length_beyond(const Exact *k, reals s, reals square)
-{
-    reals g[3];
-    gradients_at(k, s, g);
-    return dot3(g, g) - square;
-}
-
-/* Surfaceness by gradient magnitude (K 11) has a kink at either end of its ramp.  The first place between sa and sb where
- * the magnitude passes one of these ends, else sb.  The squared magnitude is nearly a parabola, whose vertex reveals a
- * pair of passages that the values at sa and sb do not show. */
-static reals ramp_limit(const Exact *k, real magnitude, reals sa, reals sb, ints mask)
-{
-    enum { HALVINGS = sizeof(real) == sizeof(float) ? 24 : 53 };
-    reals edge = magnitude * k->gradient_scale, square = edge * edge, half = (real)0.5 * (sb - sa), middle = sa + half;
-    /* Begin just beyond sa: at sa itself, the last passage, rounding would decide. */
-    reals ahead = reals_fma(half, reals_all((real)0x1p-10), sa);
-    reals fa = length_beyond(k, ahead, square), fm = length_beyond(k, middle, square), fb = length_beyond(k, sb, square);
-    reals vertex = middle - (real)0.5 * half * (fb - fa) / ((fa - fm) + (fb - fm));
-    ints below = (ints)(fa < 0), inside = mask & (ints)(vertex > ahead) & (ints)(vertex < sb);
-    vertex = reals_select(inside, vertex, middle);
-    reals fv = length_beyond(k, vertex, square);
-    ints dips = mask & (below ^ (ints)(fv < 0)), passed = dips | (mask & (below ^ (ints)(fb < 0)));
-    reals lo = ahead, hi = reals_select(dips, vertex, sb);
-    for (int n = 0; n < HALVINGS && any(passed); n++) {
-        middle = (real)0.5 * (lo + hi);
-        ints before = ~(below ^ (ints)(length_beyond(k, middle, square) < 0));
-        lo = reals_select(before, middle, lo);
-        hi = reals_select(before, hi, middle);
-    }
-    return reals_select(passed, hi, sb);
-}
-
-/* Whether the gradient's length, which is a root, changes so much that it has a branch point nearby. */
-ALWAYS_INLINE ints is_uneven(const reals a[3], const reals m[3], const reals b[3])
-{
-    reals aa = dot3(a, a), mm = dot3(m, m), bb = dot3(b, b);
-    return (ints)(reals_max(reals_max(aa, bb), mm) > 4 * reals_min(reals_min(aa, bb), mm));
-}
-
-/* Shading is no polynomial.  A sub-interval ends at its kinks, and is shortened until the normals at its ends and its
- * middle show that it varies gently: rms error of a shaded noise-like field 4e-5 without, 2e-8 with. */
-static reals turn_limit(const Exact *k, reals sa, reals sb, ints mask)
-{
-    const TfTables *o = k->packet.tables;
-    const bool by_length = o->classic && o->gradient_surfaceness;
-    reals first[3], middle[3], last[3];
-    if (by_length) {
-        sb = ramp_limit(k, o->g0, sa, sb, mask);
-        sb = ramp_limit(k, o->g1, sa, sb, mask);
-    }
-    mask &= ~k->steady;
-    if (!any(mask))
-        return sb;
-    sb = kink_limit(k, sa, sb, mask);
-    gradients_at(k, sa, first);
-    gradients_at(k, sb, last);
-    for (int halvings = 0; halvings < 16; halvings++) {
-        reals half = (real)0.5 * (sa + sb);
-        mask &= (ints)(half > sa) & (ints)(half < sb);
-        gradients_at(k, half, middle);
-        ints rough = turns(first, middle) | turns(middle, last) | bends(first, middle, last) | turns_at_an_end(first, last);
-        if (by_length)
-            rough |= is_uneven(first, middle, last);
-        mask &= rough;
-        if (!any(mask))
-            break;
-        sb = reals_select(mask, half, sb);
-        for (int a = 0; a < 3; a++)
-            last[a] = reals_select(mask, middle[a], last[a]);
-    }
-    return sb;
-}
-
-/* The same in u of the segment: exactly 1 where it is the segment's end. */
-static reals end_of_gentle_turn(const Exact *k, ints mask)
-{
-    reals whole = k->stop - k->s, from = reals_fma(whole, k->done, k->s), to = turn_limit(k, from, k->stop, mask);
-    reals u = reals_min((to - k->s) / whole, reals_all(1));
-    return reals_select((ints)(to < k->stop) & (ints)(u > k->done), u, reals_all(1));
 }
 
 /* ---- Sub-intervals ---- */

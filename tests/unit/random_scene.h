@@ -41,7 +41,14 @@ static inline uint64_t seed_before_first(int argc, char **argv)
 /* NO_PLATEAUS: no values exactly at knots and no holes, where rounding decides the side of a jump.  BOUNDED: the values of
  * each brick end at a quarter, above or below, and so do many stretches of the transfer function.  WILD: opacities next to
  * 0 and 1, spikes, lengths far from the voxels', and sometimes single voxels of enormous values. */
-enum { RANDOM_NO_PLATEAUS = 1, RANDOM_NO_DELTAS = 2, RANDOM_UNSHADED = 4, RANDOM_BOUNDED = 8, RANDOM_WILD = 16 };
+enum {
+    RANDOM_NO_PLATEAUS = 1,
+    RANDOM_NO_DELTAS = 2,
+    RANDOM_UNSHADED = 4,
+    RANDOM_BOUNDED = 8,
+    RANDOM_WILD = 16,
+    RANDOM_LIT = 32
+};
 
 typedef struct RandomScene {
     VolGrid *grid;
@@ -49,7 +56,7 @@ typedef struct RandomScene {
     VolTfCompiled compiled;
     VolPreint tables;
     VolTfIntegrals integrals;
-    VolLight lights[2];
+    VolLight lights[3];
     VolClip clip;
     VolScene scene;
     VolPrepared prepared;
@@ -216,7 +223,40 @@ __attribute__((unused)) static void random_tf(Random *r, int flags, int exponent
         }
         n += (size_t)snprintf(text + n, size - n, "]");
     }
+    if (flags & RANDOM_LIT) {
+        double shininess = pow(10, random_in(r, -1, 4));
+        n += (size_t)snprintf(text + n, size - n, ", \"shading\": {\"specular\": %.3f, \"shininess\": %.9g}", random_unit(r),
+                              random_below(r, 4) ? round(shininess) : shininess);
+    }
     snprintf(text + n, size - n, "}");
+}
+
+/* Up to three lights of any kind, some of them inside the volume, as bright as makes colours about 1. */
+__attribute__((unused)) static size_t random_lights(Random *r, VolLight *lights)
+{
+    size_t count = 1 + (size_t)random_below(r, 3);
+    for (size_t n = 0; n < count; n++) {
+        double near = random_below(r, 2) ? 3 : 15, strength = random_unit(r), green = random_unit(r);
+        char at[100], to[100], text[400] = "";
+        snprintf(at, sizeof at, "%.9g,%.9g,%.9g", random_in(r, -near, near), random_in(r, -near, near),
+                 random_in(r, -near, near));
+        snprintf(to, sizeof to, "%.9g,%.9g,%.9g", random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1));
+        int kind = random_below(r, 4);
+        if (kind == 1)
+            snprintf(text, sizeof text, "sun:%s", to);
+        if (kind == 2)
+            snprintf(text, sizeof text, "point:%s", at);
+        if (kind == 3)
+            snprintf(text, sizeof text, "spot:%s,%s,%.9g", at, to, random_in(r, 1, 170));
+        if (kind > 1)
+            strength *= near * near / 3;
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, ":%.9g,%.9g,%.9g", strength, strength * green, strength);
+        lights[n] = vol_light_head();
+        if (kind > 0 && vol_light_parse(text, &lights[n], NULL))
+            abort();
+    }
+    return count;
 }
 
 /* The transfer function in `text` with its tables; over the range that they have by default where `options` has none. */

@@ -67,6 +67,8 @@ static void job_begin(Job *job, uint64_t seed, int flags, int exponent, VolEstim
                                     .up = {0.1, 1, 0.2}, .fov_degrees = 30, .has_look_at = true};
     if (vol_camera_set(&view, &volume, &job->camera, NULL))
         abort();
+    if (flags & RANDOM_LIT)
+        s->scene.light_count = random_lights(&r, s->lights);
 }
 
 static void job_end(Job *job)
@@ -153,10 +155,10 @@ typedef struct Tally {
     double worst;
 } Tally;
 
-static void check_scene(uint64_t seed, Tally *tally)
+static void check_scene(uint64_t seed, int more_flags, Tally *tally)
 {
     Random r = {~seed};
-    int e = random_below(&r, 2) ? 0 : random_below(&r, 4), flags = flags_of(seed);
+    int e = random_below(&r, 2) ? 0 : random_below(&r, 4), flags = flags_of(seed) | more_flags;
     Job job;
     Picture best, precise;
     VolFrameCounts counts;
@@ -176,14 +178,19 @@ static void check_scene(uint64_t seed, Tally *tally)
     job_end(&job);
 }
 
-static void whatever_the_scene_pixels_are_sane_and_alike(void)
+static void check_scenes(uint64_t count, int more_flags)
 {
     Tally tally = {0};
-    for (uint64_t seed = first_seed + 1; seed <= first_seed + SCENES; seed++)
-        check_scene(seed, &tally);
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + count; seed++)
+        check_scene(seed, more_flags, &tally);
     printf("# float off by %.3g at the most; %llu of %llu rays in double\n", tally.worst,
            (unsigned long long)tally.in_double, (unsigned long long)tally.rays);
 }
+
+static void whatever_the_scene_pixels_are_sane_and_alike(void) { check_scenes(SCENES, 0); }
+
+/* Lights next to the volume and in it, spots, highlights from broad to needle-sharp. */
+static void whatever_the_lights_pixels_are_sane_and_alike(void) { check_scenes(SCENES / 2, RANDOM_LIT); }
 
 /* Scenes that random search found: one that never ended, for one channel of three was dark and 1e30 deep; colours lost
  * where extinction begins at 0 or falls from 1e30 within a ten-thousandth; normals that underflowed next to a face;
@@ -196,7 +203,7 @@ static void scenes_that_were_wrong_once_are_right(void)
                                      29698, 29927, 5813,  6274,  200277, 300621, 400969};
     Tally tally = {0};
     for (size_t n = 0; n < sizeof seeds / sizeof *seeds; n++)
-        check_scene(seeds[n], &tally);
+        check_scene(seeds[n], 0, &tally);
 }
 
 static void the_unit_of_the_field_does_not_matter(void)
@@ -227,6 +234,7 @@ int main(int argc, char **argv)
     if (vol_cpu_choose("auto", &best_cpu, NULL))
         abort();
     RUN(whatever_the_scene_pixels_are_sane_and_alike);
+    RUN(whatever_the_lights_pixels_are_sane_and_alike);
     RUN(scenes_that_were_wrong_once_are_right);
     RUN(the_unit_of_the_field_does_not_matter);
     return test_end();
