@@ -461,11 +461,38 @@ static VolStatus read_file(Parser *p, VolTf *tf)
     return status;
 }
 
-static double default_scalar_step(const VolTfNodes *surface)
+enum { DEFAULT_STEPS = 256 }; /* in a range of values */
+
+static void widen(double v, double *lo, double *hi)
 {
-    double range = surface->count ? surface->nodes[surface->count - 1].v - surface->nodes[0].v : 0;
-    double step = range / 256;
-    return step > 0 ? step : 1;
+    *lo = fmin(*lo, v);
+    *hi = fmax(*hi, v);
+}
+
+/* Of the surface nodes' range; where they span none, of all that the file names values for; 0 where it names one at most:
+ * what is said without any measure of the field's unit must not depend on it. */
+static double default_scalar_step(const VolTf *tf)
+{
+    const VolTfNodes *const lists[] = {&tf->surface, &tf->scatter, &tf->absorb, &tf->emit, &tf->transport, &tf->surfaceness};
+    double lo = INFINITY, hi = -INFINITY;
+    if (!tf->surface.count)
+        return 1;
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        for (size_t i = 0; i < lists[k]->count; i++)
+            widen(lists[k]->nodes[i].v, &lo, &hi);
+        if (k == 0 && (hi - lo) / DEFAULT_STEPS > 0)
+            break;
+    }
+    for (size_t i = 0; i < tf->isosurface_count && !((hi - lo) / DEFAULT_STEPS > 0); i++)
+        widen(tf->isosurfaces[i].value, &lo, &hi);
+    return (hi - lo) / DEFAULT_STEPS;
+}
+
+void vol_tf_settle_step(VolTf *tf, double lo, double hi)
+{
+    double step = (hi - lo) / DEFAULT_STEPS;
+    if (!(tf->scalar_step > 0))
+        tf->scalar_step = step > 0 && isfinite(step) ? step : 1;
 }
 
 VolTf vol_tf_defaults(void)
@@ -489,7 +516,7 @@ VolStatus vol_tf_parse(const VolBytes *bytes, const char *name, VolTf *out, cons
         return status;
     }
     if (!tf.scalar_step_given)
-        tf.scalar_step = default_scalar_step(&tf.surface);
+        tf.scalar_step = default_scalar_step(&tf);
     if (tf.model != VOL_MODEL_CLASSIC && (tf.surfaceness.count || tf.surfaceness_by_gradient))
         vol_warn(log, "transfer function '%.200s': key 'surfaceness' has no effect, the model is not classic",
                  name);
