@@ -339,6 +339,9 @@ ALWAYS_INLINE void integrate(Exact *k, unsigned features)
     if (features & FEATURE_SHADED && any(shaded)) {
         take_gradients(k, shaded);
         end = reals_select(shaded, end_of_gentle_turn(k, shaded), end);
+        ints even = shaded & stretch_is_uniform(&k->way);
+        if (features & FEATURE_CLASSIC && k->packet.prepared->lit_from_places && any(even))
+            end = reals_min(end, end_of_even_light(k, even));
     }
     cut_sub_interval(k, &in, features, end, &p);
     reals optical_depth = largest_optical_depth(k, &p, features);

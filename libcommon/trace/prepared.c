@@ -7,6 +7,7 @@
 #include "base/fmath.h"
 #include "base/mem.h"
 #include "trace/conditioning.h"
+#include "trace/fall_off.h"
 #include "trace/tf_tables.h"
 
 /* Largest radiance that the lights can make of base colour `color`. */
@@ -51,25 +52,12 @@ static void set_bounds(VolPrepared *p)
     p->termination_depth = depth_to_end_at(p, 0);
 }
 
-/* What is of one value is crossed in one stretch, bricks beside other values aside where gradients are asked for.  With
- * nothing but particles' colours at stake, which the classic model lights by ambient light too: where such light comes
- * from a place, it changes on the way. */
-static int margin_of_blocks(const VolPrepared *p)
-{
-    const VolScene *scene = p->scene;
-    bool changes = false;
-    for (size_t i = 0; i < scene->light_count; i++)
-        changes = changes || scene->lights[i].kind == VOL_LIGHT_POINT || scene->lights[i].kind == VOL_LIGHT_SPOT;
-    if (changes && scene->tf->model == VOL_MODEL_CLASSIC)
-        return -1;
-    return p->shaded ? 1 : 0;
-}
-
 VolStatus vol_scene_prepare(const VolScene *scene, VolPrepared *out, VolError *err)
 {
     *out = (VolPrepared){.scene = scene};
     set_bounds(out);
-    out->space.margin = margin_of_blocks(out);
+    out->lit_from_places = vol_lights_fall_off(scene);
+    out->space.margin = out->shaded ? 1 : 0; /* gradients may differ from 0 there */
     VolStatus status = vol_empty_space_find(scene, &out->space, err);
     if (!status && !scene->precise)
         status = vol_conditioning_judge(scene, &out->space, out->shaded, &out->ill_conditioned, err);

@@ -18,6 +18,7 @@ typedef struct VolPrepared {
     uint8_t *ill_conditioned;   /* one per part of the volume: float is not enough there (conditioning.c); NULL: nowhere */
     bool gives_up;              /* rays in float may turn out to need double */
     bool shaded;                /* hybrid or classic with something to shade */
+    bool lit_from_places;       /* some light stands somewhere, and what arrives of it changes on the way */
     double termination_opacity; /* the scene's, or by the precision */
     double termination_depth;   /* the optical depth for that, where nothing is emitted */
     double nearest_light;       /* lights that stand somewhere shine no brighter than from this distance */

@@ -3,7 +3,7 @@
  * Where the gradient is 0 there is no normal and the ambient term stands alone.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    Shading, shade_scaled(), shade_lanes(), towards_light(), surfaceness_of(), classic_factors() */
+ * PROVIDES    Shading, shade_scaled(), shade_lanes(), shade_evenly(), towards_light(), surfaceness_of(), classic_factors() */
 #ifndef VOL_TRACE_SHADING_TMPL_H
 #define VOL_TRACE_SHADING_TMPL_H
 
@@ -188,6 +188,16 @@ static inline void shade_lanes(const RayPacket *packet, const reals gradient[3],
     reals scaled[1][3] = {{gradient[0] * scale, gradient[1] * scale, gradient[2] * scale}};
     shade_scaled(packet, 1, scaled, &t, out);
     out->gradient /= scale;
+}
+
+/* Lane i where there is no normal: ambient light alone. */
+MAYBE_UNUSED static void shade_evenly(const TfTables *tables, unsigned i, const double arriving[3], Shading *out)
+{
+    for (int c = 0; c < 3; c++) {
+        out->k[c][i] = tables->ambient * (real)arriving[c];
+        out->b[c][i] = out->normal[c][i] = 0;
+    }
+    out->gradient[i] = 0;
 }
 
 /* K 11's S: by table (a + b x), or by the gradient's magnitude from 0 at g0 to 1 at g1. */

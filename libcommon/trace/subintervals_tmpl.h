@@ -2,7 +2,7 @@
  * interval of the transfer function, their optical depth in closed form, their light by Gauss-Legendre quadrature.
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
- * PROVIDES    Exact; cell_time(), take_gradients(), end_of_gentle_turn(), shade_at(); SubInterval, cut_sub_interval(),
+ * PROVIDES    Exact; cell_time(), take_gradients(), end_of_gentle_turn(), end_of_even_light(), shade_at(); SubInterval, cut_sub_interval(),
  *             optical_depth_to(), largest_optical_depth(), sub_interval_light(), channel_is_lit() */
 #ifndef VOL_TRACE_SUBINTERVALS_TMPL_H
 #define VOL_TRACE_SUBINTERVALS_TMPL_H
@@ -10,6 +10,7 @@
 #include VOL_TRAVERSAL
 
 #include "trace/accumulate_tmpl.h"
+#include "trace/fall_off.h"
 #include "trace/source_tmpl.h"
 
 /* The exact estimator's state: a ray packet, and the cell that each ray is in. */
@@ -314,6 +315,22 @@ static reals end_of_gentle_turn(const Exact *k, ints mask)
     reals whole = k->stop - k->s, from = reals_fma(whole, k->done, k->s), to = turn_limit(k, from, k->stop, mask);
     reals u = reals_min((to - k->s) / whole, reals_all(1));
     return reals_select((ints)(to < k->stop) & (ints)(u > k->done), u, reals_all(1));
+}
+
+/* In a uniform stretch, which may be of any length: how far lights that stand somewhere change smoothly.  In u of the
+ * segment, exactly 1 where it is the segment's end. */
+MAYBE_UNUSED static reals end_of_even_light(const Exact *k, ints mask)
+{
+    const RayPacket *l = &k->packet;
+    reals end = reals_all(1);
+    FOR_LANES(i, mask_bits(mask)) {
+        double first = cell_time(k, i, k->s[i]), last = cell_time(k, i, k->stop[i]), length = last - first;
+        double t = fma(length, (double)k->done[i], first), blur = 4 * (double)REAL_EPSILON * length;
+        double until = vol_lights_even_until(l->scene, &l->rays[i], l->prepared->nearest_light, t, last, blur);
+        real u = until < last ? (real)((until - first) / length) : 1;
+        end[i] = u > k->done[i] && u < 1 ? u : 1;
+    }
+    return end;
 }
 
 /* ---- Sub-intervals ---- */
