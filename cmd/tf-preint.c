@@ -140,6 +140,24 @@ static VolStatus load_volume(Job *job, VolError *err)
 
 /* ---- The transfer function ---- */
 
+/* As it is, unless its scalar_step is the data's to say. */
+static VolStatus settle_own(Job *job, const VolBytes *bytes, VolTf *own, VolError *err)
+{
+    double lo = 0, hi = 0;
+    VolStatus status = VOL_OK;
+    if (!(own->scalar_step > 0) && job->volume.kind != VOL_VOLUME_NONE) {
+        vol_volume_range(&job->volume, &lo, &hi);
+        vol_tf_settle_step(own, lo, hi);
+        own->scalar_step_given = true;
+        status = vol_tf_write(own, &job->json, err);
+    } else {
+        job->json = vol_format_text("%.*s", (int)bytes->size, (const char *)bytes->data);
+        status = job->json ? VOL_OK : vol_fail_memory(err, bytes->size);
+    }
+    vol_tf_free(own);
+    return status;
+}
+
 /* Our own file as it is; another program's as we would write it, its fractions stretched over the data. */
 static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, VolTfUnits units, const VolTables *tables,
                              VolError *err)
@@ -149,11 +167,8 @@ static VolStatus settle_text(Job *job, const VolBytes *bytes, VolTf *tf, VolTfUn
         job->json = vol_copy_text(tables->json);
         return job->json ? VOL_OK : vol_fail_memory(err, strlen(tables->json));
     }
-    if (vol_tf_parse(bytes, "", &own, NULL, NULL) == VOL_OK) {
-        vol_tf_free(&own);
-        job->json = vol_format_text("%.*s", (int)bytes->size, (const char *)bytes->data);
-        return job->json ? VOL_OK : vol_fail_memory(err, bytes->size);
-    }
+    if (vol_tf_parse(bytes, "", &own, NULL, NULL) == VOL_OK)
+        return settle_own(job, bytes, &own, err);
     if (units.relative && job->volume.kind == VOL_VOLUME_NONE)
         return vol_fail(err, VOL_USAGE, "its values are fractions of the data's range: name the data by --volume");
     if (job->volume.kind != VOL_VOLUME_NONE) {

@@ -5,22 +5,18 @@
 #include <stdio.h>
 #include <string.h>
 
-static void replace_control_characters(char *text)
-{
-    for (unsigned char *c = (unsigned char *)text; *c; c++)
-        if (*c < 0x20 || *c == 0x7f)
-            *c = '?';
-}
+#include "base/printable.h"
 
 VolStatus vol_fail(VolError *err, VolStatus status, const char *format, ...)
 {
     if (!err)
         return status;
     va_list args;
+    char text[sizeof err->text];
     va_start(args, format);
-    vsnprintf(err->text, sizeof err->text, format, args);
+    vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    replace_control_characters(err->text);
+    vol_printable(err->text, sizeof err->text, text);
     return status;
 }
 

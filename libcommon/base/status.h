@@ -19,7 +19,7 @@ typedef struct VolError {
     char text[1024];
 } VolError;
 
-/* Writes the message (cut at the buffer's end, control characters replaced by '?') and returns `status`.
+/* Writes the message (made printable, see printable.h, and cut at the buffer's end) and returns `status`.
  * `err` may be NULL. */
 VolStatus vol_fail(VolError *err, VolStatus status, const char *format, ...) __attribute__((format(printf, 3, 4)));
 

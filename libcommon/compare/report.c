@@ -3,22 +3,20 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/printable.h"
 #include "compare/compare.h"
 
 VolStatus vol_report(VolReport *report, VolError *err, const char *format, ...)
 {
-    char line[1024];
+    char text[1024], line[1024];
     va_list args;
     va_start(args, format);
-    int length = vsnprintf(line, sizeof line - 1, format, args);
+    vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    if (length < 0)
-        length = 0;
-    if ((size_t)length > sizeof line - 2)
-        length = sizeof line - 2;
+    size_t length = vol_printable(line, sizeof line - 1, text);
     line[length++] = '\n';
     report->different = true;
-    return vol_bytes_append(&report->text, &report->capacity, line, (size_t)length, err);
+    return vol_bytes_append(&report->text, &report->capacity, line, length, err);
 }
 
 void vol_report_free(VolReport *report)

@@ -4,7 +4,7 @@
 
 #include "import/readers.h"
 
-enum { NRRD_AXES = 16, NRRD_SPACE = 8 };
+enum { NRRD_AXES = 16, NRRD_SPACE = 8, NRRD_FIELDS = 32 };
 
 typedef enum NrrdKind { NRRD_UNKNOWN, NRRD_SPATIAL, NRRD_COMPONENTS, NRRD_TIME } NrrdKind;
 
@@ -44,6 +44,7 @@ typedef struct NrrdHeader {
     NrrdEncoding encoding;
     int64_t line_skip, byte_skip; /* byte_skip -1-N: the samples end N bytes before the data do */
     NrrdFiles files;
+    int lines[NRRD_FIELDS];       /* that each field stands in, from 1; 0: in none */
 } NrrdHeader;
 
 /* Reads the fields; *at moves to the data that follow.  The header is freed by vol_nrrd_header_free, also on failure. */

@@ -238,8 +238,6 @@ static bool list_word(char **text, const char *word, int *axes)
 static VolStatus parse_data_file(NrrdHeader *h, char *value, const VolBytes *bytes, size_t *at, VolError *err)
 {
     NrrdFiles *files = &h->files;
-    if (files->count)
-        return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': NRRD field 'data file' is there twice", h->name);
     if (!*value)
         return vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': NRRD field 'data file' is empty", h->name);
     bool skips = list_word(&value, "skiplist", &files->axes);
@@ -340,11 +338,44 @@ static bool parse_per_axis(NrrdHeader *h, const char *field, char *value)
     return true;
 }
 
-static VolStatus parse_field(NrrdHeader *h, const char *field, char *value, const VolBytes *bytes, size_t *at,
+/* teem's fields.  Those with one entry per axis are read by the number of axes, which must be known by then. */
+static const struct {
+    const char *name;
+    bool per_axis;
+} known_fields[] = {{"content"}, {"number"}, {"type"}, {"block size"}, {"dimension"}, {"space"}, {"space dimension"},
+                    {"sizes", true}, {"spacings", true}, {"thicknesses", true}, {"axis mins", true}, {"axis maxs", true},
+                    {"space directions", true}, {"centers", true}, {"kinds", true}, {"labels", true}, {"units", true},
+                    {"min"}, {"max"}, {"old min"}, {"old max"}, {"endian"}, {"encoding"}, {"line skip"}, {"byte skip"},
+                    {"sample units"}, {"space units"}, {"space origin"}, {"measurement frame"}, {"data file"}};
+_Static_assert(sizeof known_fields / sizeof *known_fields <= NRRD_FIELDS, "lines of all fields");
+
+/* As in teem a field is there once, and where it wants the number of axes, that comes first: of two types or sizes nobody
+ * can say which is meant. */
+static VolStatus check_place(NrrdHeader *h, const char *field, int line, VolError *err)
+{
+    for (size_t n = 0; n < sizeof known_fields / sizeof *known_fields; n++) {
+        bool centers = strcmp(known_fields[n].name, "centers") == 0 && field_is(field, "centerings");
+        if (!centers && !field_is(field, known_fields[n].name))
+            continue;
+        if (h->lines[n])
+            return vol_fail(err, VOL_BAD_INPUT,
+                            "cannot import '%s': line %d: NRRD field '%s' is there twice, in line %d too",
+                            h->name, line, field, h->lines[n]);
+        if (known_fields[n].per_axis && !h->axes)
+            return vol_fail(err, VOL_BAD_INPUT,
+                            "cannot import '%s': line %d: NRRD field '%s' comes before 'dimension'", h->name,
+                            line, field);
+        h->lines[n] = line;
+    }
+    return VOL_OK;
+}
+
+static VolStatus parse_field(NrrdHeader *h, const char *field, char *value, int line, const VolBytes *bytes, size_t *at,
                              VolError *err)
 {
-    if (field_is(field, "data file"))
-        return parse_data_file(h, value, bytes, at, err);
+    VolStatus status = check_place(h, field, line, err);
+    if (status || field_is(field, "data file"))
+        return status ? status : parse_data_file(h, value, bytes, at, err);
     char *scratch = vol_copy_text(value);
     if (!scratch)
         return vol_fail_memory(err, strlen(value));
@@ -352,8 +383,8 @@ static VolStatus parse_field(NrrdHeader *h, const char *field, char *value, cons
     bool good = parse_plain(h, field, scratch) && parse_per_axis(h, field, scratch);
     free(scratch);
     return good ? VOL_OK
-                : vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': NRRD field '%s: %s' is not understood%s",
-                           h->name, field, value,
+                : vol_fail(err, VOL_BAD_INPUT, "cannot import '%s': line %d: NRRD field '%s: %s' is not understood%s",
+                           h->name, line, field, value,
                            field_is(field, "encoding") ? " (raw, gzip, bzip2, hex and ascii are)" : "");
 }
 
@@ -402,7 +433,7 @@ VolStatus vol_nrrd_parse(NrrdHeader *h, const VolBytes *bytes, size_t *at, VolEr
             colon = strchr(line, ':');
         if (n > 0 && *line != '#' && colon && colon[1] != '=') {
             *colon = 0;
-            status = parse_field(h, lower_case(vol_trim(line)), vol_trim(colon + 1), bytes, at, err);
+            status = parse_field(h, lower_case(vol_trim(line)), vol_trim(colon + 1), n + 1, bytes, at, err);
         }
         free(line);
     }

@@ -49,6 +49,8 @@ static void settle_units(VolAppearance *appearance, VolVolume *volume)
     enum { NEAR = 40 }; /* squares and cubes of values, and of differences a thousandth of them, stay well within float */
     VolTfCompiled *tf = appearance->tables ? &appearance->tables->compiled : &appearance->compiled;
     double largest = fmax(fabs(tf->node_min), fabs(tf->node_max));
+    if (largest == 0 && tf->has_surface) /* nodes at 0 alone */
+        largest = appearance->tf.scalar_step * 256;
     int exponent = 0;
     appearance->unit = 1;
     if (tf->node_min <= tf->node_max && largest > 0)
@@ -72,7 +74,10 @@ VolStatus vol_appearance_fit(VolAppearance *appearance, VolVolume *volume, const
         appearance->tables = NULL;
     }
     if (!appearance->tables) {
+        double lo = 0, hi = 0;
         vol_appearance_settle(&appearance->tf, appearance->units, volume, log);
+        vol_volume_range(volume, &lo, &hi);
+        vol_tf_settle_step(&appearance->tf, lo, hi);
         appearance->units = (VolTfUnits){0};
         if (settings->particle_step > 0)
             appearance->tf.particle_step = settings->particle_step;

@@ -79,6 +79,8 @@ bool vol_assembly_explains_nothing(const VolAssembly *assembly, const VolLog *lo
         return true; /* said when it was loaded */
     if (!any)
         vol_warn(log, "no finite voxel in the grid: nothing to see");
+    else if (!vol_volume_has_cell(&assembly->volume))
+        vol_warn(log, "every cell of the grid has a corner that is NaN or infinite: nothing to see");
     else if (!shown)
         vol_warn(log, "the transfer function shows nothing in the data's range %g to %g", lo, hi);
     else if (varies && (from > hi || to < lo))

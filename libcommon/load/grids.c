@@ -115,6 +115,9 @@ static void warn_of_grid(const VolVdb *vdb, size_t index, VolGrid *grid, const V
         vol_warn(log, "grid '%s' is empty: it has no active voxels", label);
     if (bad)
         vol_warn(log, "grid '%s': %" PRIu64 " voxels are NaN or infinite; the cells around them are left empty", label, bad);
+    if (grid->domain == VOL_DOMAIN_SPARSE && !grid->empty && !grid->is_rgb && !isfinite(grid->background))
+        vol_warn(log, "grid '%s': its background is %g; the cells around its outermost voxels are left empty", label,
+                 grid->background);
 }
 
 /* Names that several grids have, where the user has not said which. */

@@ -21,8 +21,9 @@ VolStatus vol_backdrop_parse(const char *text, bool exists, double color[3], boo
     *is_file = false;
     if (vol_parse_reals(text, color, 3, 3) == 3) {
         for (int c = 0; c < 3; c++)
-            if (!(fabs(color[c]) <= FLT_MAX))
-                return vol_fail(err, VOL_USAGE, "--background %s: no pixel can be as bright", text);
+            if (!(color[c] >= 0 && color[c] <= FLT_MAX))
+                return vol_fail(err, VOL_USAGE, "--background %s: %s", text,
+                                color[c] < 0 ? "a colour is negative" : "no pixel can be as bright");
         return VOL_OK;
     }
     *is_file = exists || looks_like_a_file(text) || strcmp(text, "-") == 0;

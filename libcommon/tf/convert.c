@@ -193,6 +193,11 @@ VolStatus vol_tf_extinction_nodes(const VolTf *tf, VolTfList list, VolTfExtincti
                                        [VOL_TF_TRANSPORT] = &tf->transport};
     Conversion to = {.list = list, .err = err, .insert = tf->interpolate == VOL_INTERPOLATE_OPACITY,
                      .length = list == VOL_TF_SURFACE ? tf->scalar_step : tf->particle_step};
+    *out = NULL;
+    *count = 0;
+    if (lists[list]->count && !(to.length > 0))
+        return vol_fail(err, VOL_BAD_INPUT, "transfer function: key 'surface' has nodes at one value alone, %s",
+                        "and so there is no default for scalar_step: give one, or the data");
     VolStatus status = list == VOL_TF_EMIT ? convert_emission(&to, lists[list])
                                            : convert_opacity(&to, lists[list]);
     if (status != VOL_OK) {

@@ -19,6 +19,9 @@
 /* Differences of two such values stay finite. */
 #define LARGEST_VALUE 1e300
 
+/* Of colours, strengths and factors of shading: products of three are still numbers in float. */
+#define BRIGHTEST 1e18
+
 typedef struct Parser {
     const char *text; /* without a byte order mark */
     size_t size;
@@ -131,17 +134,17 @@ typedef struct NodeForm {
 #define SHAPE(amount) "a node is [value, " amount "] or [value, " amount ", [r, g, b]]"
 #define ANY_VALUE "value", .v_min = -LARGEST_VALUE, .v_max = LARGEST_VALUE
 
-static const NodeForm opacity_form = {ANY_VALUE, .amount_name = "opacity", .amount_max = 1, .color_max = INFINITY,
+static const NodeForm opacity_form = {ANY_VALUE, .amount_name = "opacity", .amount_max = 1, .color_max = BRIGHTEST,
                                       .color = true, .shape = SHAPE("opacity")};
 static const NodeForm absorb_form = {ANY_VALUE, .amount_name = "density", .amount_max = 1, .color_max = 1,
                                      .color = true, .shape = SHAPE("density")};
-static const NodeForm emit_form = {ANY_VALUE, .amount_name = "strength", .amount_max = INFINITY,
-                                   .color_max = INFINITY, .color = true, .shape = SHAPE("strength")};
+static const NodeForm emit_form = {ANY_VALUE, .amount_name = "strength", .amount_max = BRIGHTEST,
+                                   .color_max = BRIGHTEST, .color = true, .shape = SHAPE("strength")};
 static const NodeForm transport_form = {ANY_VALUE, .color_max = 1, .color = true,
                                         .shape = "a node is [value, [r, g, b]]"};
 static const NodeForm surfaceness_form = {ANY_VALUE, .amount_name = "surfaceness", .amount_max = 1,
                                           .shape = "a node is [value, surfaceness]"};
-static const NodeForm phase_form = {.v_name = "cosine", .v_min = -1, .v_max = 1, .color_max = INFINITY,
+static const NodeForm phase_form = {.v_name = "cosine", .v_min = -1, .v_max = 1, .color_max = BRIGHTEST,
                                     .color = true, .shape = "a node is [cosine, [r, g, b]]"};
 
 static VolStatus read_node(const Parser *p, const json_t *value, const NodeForm *form, VolTfNode *out)
@@ -344,17 +347,17 @@ static VolStatus read_phase(Parser *p, const json_t *value, VolTf *tf)
 
 static VolStatus read_ambient(Parser *p, const json_t *value, VolTf *tf)
 {
-    return read_number(p, value, "ambient", 0, INFINITY, &tf->ambient);
+    return read_number(p, value, "ambient", 0, BRIGHTEST, &tf->ambient);
 }
 
 static VolStatus read_diffuse(Parser *p, const json_t *value, VolTf *tf)
 {
-    return read_number(p, value, "diffuse", 0, INFINITY, &tf->diffuse);
+    return read_number(p, value, "diffuse", 0, BRIGHTEST, &tf->diffuse);
 }
 
 static VolStatus read_specular(Parser *p, const json_t *value, VolTf *tf)
 {
-    return read_number(p, value, "specular", 0, INFINITY, &tf->specular);
+    return read_number(p, value, "specular", 0, BRIGHTEST, &tf->specular);
 }
 
 static VolStatus read_shininess(Parser *p, const json_t *value, VolTf *tf)
@@ -391,7 +394,7 @@ static VolStatus read_isosurface_opacity(Parser *p, const json_t *value, VolTf *
 static VolStatus read_isosurface_color(Parser *p, const json_t *value, VolTf *tf)
 {
     current_isosurface(tf)->color_given = true;
-    return read_color(p, value, INFINITY, current_isosurface(tf)->color);
+    return read_color(p, value, BRIGHTEST, current_isosurface(tf)->color);
 }
 
 static VolStatus read_isosurface(Parser *p, const json_t *value, VolTf *tf)
@@ -461,11 +464,38 @@ static VolStatus read_file(Parser *p, VolTf *tf)
     return status;
 }
 
-static double default_scalar_step(const VolTfNodes *surface)
+enum { DEFAULT_STEPS = 256 }; /* in a range of values */
+
+static void widen(double v, double *lo, double *hi)
 {
-    double range = surface->count ? surface->nodes[surface->count - 1].v - surface->nodes[0].v : 0;
-    double step = range / 256;
-    return step > 0 ? step : 1;
+    *lo = fmin(*lo, v);
+    *hi = fmax(*hi, v);
+}
+
+/* Of the surface nodes' range; where they span none, of all that the file names values for; 0 where it names one at most:
+ * what is said without any measure of the field's unit must not depend on it. */
+static double default_scalar_step(const VolTf *tf)
+{
+    const VolTfNodes *const lists[] = {&tf->surface, &tf->scatter, &tf->absorb, &tf->emit, &tf->transport, &tf->surfaceness};
+    double lo = INFINITY, hi = -INFINITY;
+    if (!tf->surface.count)
+        return 1;
+    for (size_t k = 0; k < sizeof lists / sizeof *lists; k++) {
+        for (size_t i = 0; i < lists[k]->count; i++)
+            widen(lists[k]->nodes[i].v, &lo, &hi);
+        if (k == 0 && (hi - lo) / DEFAULT_STEPS > 0)
+            break;
+    }
+    for (size_t i = 0; i < tf->isosurface_count && !((hi - lo) / DEFAULT_STEPS > 0); i++)
+        widen(tf->isosurfaces[i].value, &lo, &hi);
+    return (hi - lo) / DEFAULT_STEPS;
+}
+
+void vol_tf_settle_step(VolTf *tf, double lo, double hi)
+{
+    double step = (hi - lo) / DEFAULT_STEPS;
+    if (!(tf->scalar_step > 0))
+        tf->scalar_step = step > 0 && isfinite(step) ? step : 1;
 }
 
 VolTf vol_tf_defaults(void)
@@ -489,7 +519,7 @@ VolStatus vol_tf_parse(const VolBytes *bytes, const char *name, VolTf *out, cons
         return status;
     }
     if (!tf.scalar_step_given)
-        tf.scalar_step = default_scalar_step(&tf.surface);
+        tf.scalar_step = default_scalar_step(&tf);
     if (tf.model != VOL_MODEL_CLASSIC && (tf.surfaceness.count || tf.surfaceness_by_gradient))
         vol_warn(log, "transfer function '%.200s': key 'surfaceness' has no effect, the model is not classic",
                  name);

@@ -36,7 +36,7 @@ typedef struct VolTfIsosurface {
 typedef struct VolTf {
     VolInterpolate interpolate;
     double particle_step;  /* world units */
-    double scalar_step;    /* units of the field; resolved: 1/256 of the surface nodes' range (1 if that is 0) */
+    double scalar_step;    /* units of the field; 1/256 of the nodes' range by default; 0: see vol_tf_settle_step */
     bool scalar_step_given;
     VolTfNodes surface, scatter, absorb, emit; /* count 0: absent */
     VolTfNodes transport;                      /* color used, amount unused */
@@ -57,6 +57,10 @@ typedef struct VolTf {
  * three nodes at one v, wrong "pellucid".  Things that have no effect are said to `log`. */
 VolStatus vol_tf_parse(const VolBytes *bytes, const char *name, VolTf *out, const VolLog *log, VolError *err);
 void vol_tf_free(VolTf *tf);
+
+/* Where nodes and isosurfaces all lie at one value the default of scalar_step is 1/256 of the range of the data, lo to hi (1
+ * where that is nothing: no surface is seen).  Without it vol_tf_compile() refuses such a function. */
+void vol_tf_settle_step(VolTf *tf, double lo, double hi);
 
 /* What a file with no keys but "pellucid" says. */
 VolTf vol_tf_defaults(void);

@@ -195,7 +195,8 @@ static reals root_shift(const Exact *k, reals s, const reals to[3], const reals 
     }
     reals slope = reals_abs(dot3(change, to) + dot3(g, per_s)), curve = reals_abs(dot3(bend, to) + dot3(change, per_s));
     reals shift = grain / reals_max(slope, reals_sqrt(grain * curve));
-    return reals_where((ints)(reals_abs(dot3(g, to)) <= 8 * grain), reals_min(shift, reals_all(1)));
+    ints root = (ints)(reals_abs(dot3(g, to)) <= 8 * grain) & ((ints)(slope > 0) | (ints)(curve > 0));
+    return reals_where(root, reals_min(shift, reals_all(1)));
 }
 
 /* The same of the kinks of shading at s. */

@@ -77,7 +77,7 @@ static inline void find_wide(BrickFinder *f, const int32_t at[3], uint32_t *bric
 static inline bool cut_margin(const BrickFinder *f, const int32_t at[3], uint32_t brick, BrickBox *box)
 {
     int32_t margin = f->space->margin;
-    bool inside = margin >= 0 && vol_brick_is_uniform(&f->grid->bricks[brick]);
+    bool inside = vol_brick_is_uniform(&f->grid->bricks[brick]);
     for (int a = 0; a < 3; a++) {
         box->lo[a] += margin;
         box->hi[a] -= margin;

@@ -149,11 +149,13 @@ static inline void copy_row(const VolGrid *grid, const VolBrick *brick, size_t p
 }
 
 /* A brick and the 26 around it, [(x*3 + y)*3 + z]. */
-static inline void bricks_around(const VolGrid *grid, const int32_t origin[3], const VolBrick *out[27])
+static inline void bricks_around(const VolGrid *grid, const int32_t origin[3], uint32_t numbers[27], const VolBrick *out[27])
 {
     const int32_t b[3] = {origin[0] >> 3, origin[1] >> 3, origin[2] >> 3};
-    for (int n = 0; n < 27; n++)
-        out[n] = &grid->bricks[vol_grid_brick_number(grid, b[0] + n / 9 - 1, b[1] + n / 3 % 3 - 1, b[2] + n % 3 - 1)];
+    for (int n = 0; n < 27; n++) {
+        numbers[n] = vol_grid_brick_number(grid, b[0] + n / 9 - 1, b[1] + n / 3 % 3 - 1, b[2] + n % 3 - 1);
+        out[n] = &grid->bricks[numbers[n]];
+    }
 }
 
 /* The voxels from -1 to 9 along each axis, [(x*11 + y)*11 + z]. */
@@ -357,21 +359,51 @@ static inline bool gradients_in_place(const VolGrid *grid, const int32_t origin[
     return true;
 }
 
+/* A key for gradients in these surroundings: the same for the same ones, as long as they are remembered. */
+static inline uint32_t key_of_surroundings(const VolGrid *grid, VolSurroundingsMet *met, const uint32_t numbers[27],
+                                           const int32_t origin[3])
+{
+    VolSurroundings here;
+    memcpy(here.bricks, numbers, sizeof here.bricks);
+    for (int a = 0; a < 3; a++) {
+        int64_t lo = (int64_t)grid->voxel_min[a] - origin[a], hi = (int64_t)grid->voxel_max[a] - origin[a];
+        here.ends[2 * a] = (int32_t)(lo < -2 ? -2 : lo > BRICK_HALO ? BRICK_HALO : lo);
+        here.ends[2 * a + 1] = (int32_t)(hi < -2 ? -2 : hi > BRICK_HALO ? BRICK_HALO : hi);
+    }
+    size_t at = met->last;
+    for (size_t n = 0; n < VOL_SURROUNDINGS; n++, at = (at + 1) % VOL_SURROUNDINGS)
+        if (met->number[at] && memcmp(&met->of[at], &here, sizeof here) == 0)
+            break; /* after all of them `at` is where it began */
+    if (!met->number[at] || memcmp(&met->of[at], &here, sizeof here) != 0) {
+        at = met->count++ % VOL_SURROUNDINGS;
+        met->of[at] = here;
+        met->number[at] = met->count;
+    }
+    met->last = at;
+    return UINT32_MAX - met->number[at]; /* no brick has it */
+}
+
 static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
                                           uint32_t number, const int32_t origin[3])
 {
     AxisPlaces places[3];
     const VolBrick *bricks[27];
+    uint32_t key = number + 1, numbers[27];
     real halo[BRICK_HALO * BRICK_HALO * BRICK_HALO], *out;
     /* A brick of one value may stand in many places, with other neighbours in each. */
-    uint32_t key = grid->bricks[number].shared ? STORE_NOBODY : number + 1;
+    const bool shared = grid->bricks[number].shared;
+    if (shared) {
+        bricks_around(grid, origin, numbers, bricks);
+        key = none_is_stored(bricks) ? key_of_surroundings(grid, &scratch->met, numbers, origin) : STORE_NOBODY;
+    }
     if (store_place(&scratch->gradients, 3 * VOL_BRICK_STRIDE, in_use, key, &out))
         return out;
     if (gradients_in_place(grid, origin, out))
         return out;
     for (int a = 0; a < 3; a++)
         axis_places(grid, a, origin[a], &places[a]);
-    bricks_around(grid, origin, bricks);
+    if (!shared)
+        bricks_around(grid, origin, numbers, bricks);
     if (none_is_stored(bricks))
         gather_blocks(grid, bricks, places, halo);
     else

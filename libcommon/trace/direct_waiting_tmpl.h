@@ -29,6 +29,20 @@ static Times times_waiting(const March *m)
     return times_of(t);
 }
 
+/* Steps that are many equal ones, through a constant medium: lights that stand somewhere by their mean over all of it. */
+MAYBE_UNUSED static void shade_long_steps(const March *m, ints mask, const Step *step, Shading *sh)
+{
+    const RayPacket *l = &m->s.packet;
+    FOR_LANES(i, mask_bits(mask)) {
+        double begin = step_begin(&m->s, i, doubles_lane(&m->last.number, (int)i)), length = (double)m->last.length[i];
+        double depth[3], mean[3];
+        for (int c = 0; c < 3; c++)
+            depth[c] = (double)step->extinction[c < l->tables->channels ? c : 0][i] * length;
+        vol_lights_mean(l->scene, &l->rays[i], l->prepared->nearest_light, begin, begin + length, depth, mean);
+        shade_evenly(l->tables, i, mean, sh);
+    }
+}
+
 /* |dv/dl| at the samples that wait, from their neighbours. */
 ALWAYS_INLINE reals slopes(const March *m, const Fed *next, ints next_valid)
 {
@@ -58,6 +72,8 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
         }
     }
     if (features & FEATURE_CLASSIC && any(shaded)) {
+        if (m->s.packet.prepared->lit_from_places)
+            shade_long_steps(m, shaded & (ints)(m->last.length > (real)(1.5 * m->s.h)), step, &sh);
         reals scatter = reals_max(property_at(in.scatter, x), zero), factor[3];
         classic_factors_at(o, x, in.surfaceness, &sh, factor);
         for (int c = 0; c < 3; c++) {

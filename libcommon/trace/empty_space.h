@@ -23,7 +23,7 @@ typedef struct VolEmptySpace {
     uint8_t *levels;        /* 16^3 per node with bricks of its own: VOL_VISIBLE, or the invisible block around each */
     bool background_visible;
     int32_t visible_min[3], visible_max[3]; /* bricks: the box around the visible ones */
-    int margin; /* a block of one value is crossed in one go but for so many bricks at its faces; -1: brick by brick */
+    int margin; /* a block of one value is crossed in one go but for so many bricks at its faces */
     uint64_t bricks_visible, bricks_skipped;
 } VolEmptySpace;
 

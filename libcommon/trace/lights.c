@@ -5,6 +5,9 @@
 #include "base/fmath.h"
 #include "base/number.h"
 
+/* A float that can be multiplied a little. */
+#define LARGEST 1e36
+
 static const double PI = 3.14159265358979323846;
 
 typedef struct Kind {
@@ -51,8 +54,9 @@ static VolStatus set_color(const char *text, const char *spec, VolLight *out, Vo
     if (vol_parse_reals(text, out->rgb, 3, 3) != 3)
         return vol_fail(err, VOL_USAGE, "light '%s': '%s' is not a colour R,G,B", spec, text);
     for (int c = 0; c < 3; c++)
-        if (out->rgb[c] < 0)
-            return vol_fail(err, VOL_USAGE, "light '%s': a colour is negative", spec);
+        if (!(out->rgb[c] >= 0 && out->rgb[c] <= LARGEST))
+            return vol_fail(err, VOL_USAGE, "light '%s': a colour is %s", spec,
+                            out->rgb[c] < 0 ? "negative" : "brighter than 1e36");
     return VOL_OK;
 }
 
@@ -60,6 +64,9 @@ static VolStatus set_place(const Kind *kind, const double v[7], const char *spec
 {
     if (kind->kind == VOL_LIGHT_SUN)
         return set_direction(v, spec, out, err);
+    for (int a = 0; a < 3; a++)
+        if (!(fabs(v[a]) <= LARGEST))
+            return vol_fail(err, VOL_USAGE, "light '%s': it lies farther out than 1e36", spec);
     out->position = vol_vec3(v[0], v[1], v[2]);
     if (kind->kind == VOL_LIGHT_POINT)
         return VOL_OK;

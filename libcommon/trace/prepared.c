@@ -54,22 +54,92 @@ static void set_bounds(VolPrepared *p)
     p->termination_depth = depth_to_end_at(p, 0);
 }
 
-/* What is of one value is crossed in one stretch, bricks beside other values aside where gradients are asked for.  With
- * nothing but particles' colours at stake, which the classic model lights by ambient light too: where such light comes
- * from a place, it changes on the way. */
-static int margin_of_blocks(const VolPrepared *p)
+/* ---- What floats can hold ---- */
+
+/* Of what a place sends, and of light that comes to it: products with extinctions and depths are numbers in float, too. */
+#define BRIGHTEST 1e18
+/* Of what all of a ray emits: less than rounding of the brightest background. */
+#define MOST_EMITTED 1e30
+#define MOST_NUMBER 1e36
+
+/* How far a place is from the box around the domain. */
+static double distance_to_domain(const VolVolume *volume, VolVec3 place)
 {
-    if (p->lit_from_places && p->scene->tf->model == VOL_MODEL_CLASSIC)
-        return -1;
-    return p->shaded ? 1 : 0;
+    const double at[3] = {place.x, place.y, place.z};
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, square = 0;
+    for (int n = 0; n < 8; n++) {
+        VolVec3 corner = vol_volume_corner(volume, n);
+        const double c[3] = {corner.x, corner.y, corner.z};
+        for (int a = 0; a < 3; a++) {
+            lo[a] = fmin(lo[a], c[a]);
+            hi[a] = fmax(hi[a], c[a]);
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        double beside = fmax(fmax(lo[a] - at[a], at[a] - hi[a]), 0);
+        square += beside * beside;
+    }
+    return sqrt(square);
+}
+
+/* The most light that can come to a place of the domain; INFINITY: float does not hold it. */
+static double brightest_light(const VolPrepared *p)
+{
+    const VolScene *scene = p->scene;
+    double sum[3] = {0};
+    for (size_t i = 0; i < scene->light_count; i++) {
+        const VolLight *light = &scene->lights[i];
+        double scale = 1;
+        if (vol_light_stands(light)) {
+            double nearest = fmax(p->nearest_light, distance_to_domain(&scene->volume, light->position));
+            scale = 1 / (nearest * nearest);
+        }
+        for (int c = 0; c < 3; c++)
+            sum[c] += scale <= MOST_NUMBER ? light->rgb[c] * scale : INFINITY;
+    }
+    return fmax(sum[0], fmax(sum[1], sum[2]));
+}
+
+/* The most scattering extinction, per world unit. */
+static double densest(const VolTfCompiled *tf)
+{
+    double most = 0;
+    for (size_t i = 0; i <= tf->knot_count; i++) {
+        const VolTfInterval *in = &tf->intervals[i];
+        double width = in->v1 - in->v0;
+        most = fmax(most, fmax(in->scatter.a, isfinite(width) ? in->scatter.a + in->scatter.b * width : 0));
+    }
+    return most;
+}
+
+/* No pixel may be infinite, nor anything on the way to it. */
+static VolStatus check_brightness(const VolPrepared *p, VolError *err)
+{
+    const VolTfCompiled *tf = p->scene->tf;
+    double light = p->shaded ? brightest_light(p) : 0, shading = tf->ambient + tf->diffuse + tf->specular;
+    double lit = p->shaded ? light * shading * fmax(1, tf->max_color) : 0, most = fmax(tf->max_color, fmax(light, lit));
+    double way = vol_volume_is_empty(&p->scene->volume) ? 0 : vol_volume_longest_way(&p->scene->volume);
+    if (!(most <= BRIGHTEST))
+        return vol_fail(err, light > 1 ? VOL_USAGE : VOL_BAD_INPUT,
+                        "colours and lights make places as bright as %.3g, more than %g: a picture could not hold it", most,
+                        BRIGHTEST);
+    if (!(densest(tf) * fmax(tf->max_color, tf->model == VOL_MODEL_CLASSIC ? lit : 0) <= MOST_NUMBER))
+        return vol_fail(err, VOL_BAD_INPUT, "particles scatter more than %g per world unit: a picture could not hold it",
+                        MOST_NUMBER);
+    if (!(tf->max_emit * way <= MOST_EMITTED))
+        return vol_fail(err, VOL_BAD_INPUT, "a ray through the volume meets emission of %.3g, more than %g: %s",
+                        tf->max_emit * way, MOST_EMITTED, "a picture could not hold it");
+    return VOL_OK;
 }
 
 VolStatus vol_scene_prepare(const VolScene *scene, VolPrepared *out, VolError *err)
 {
     *out = (VolPrepared){.scene = scene};
     set_bounds(out);
-    out->space.margin = margin_of_blocks(out);
-    VolStatus status = vol_empty_space_find(scene, &out->space, err);
+    out->space.margin = out->shaded ? 1 : 0; /* gradients may differ from 0 there */
+    VolStatus status = check_brightness(out, err);
+    if (!status)
+        status = vol_empty_space_find(scene, &out->space, err);
     if (!status && !scene->precise)
         status = vol_conditioning_judge(scene, &out->space, out->shaded, &out->ill_conditioned, err);
     out->gives_up = out->ill_conditioned || (!scene->precise && scene->estimator == VOL_ESTIMATE_EXACT);

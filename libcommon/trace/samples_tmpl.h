@@ -42,6 +42,7 @@
 
 #include "simd/wide.h"
 #include "trace/accumulate_tmpl.h"
+#include "trace/fall_off.h"
 
 enum { RUN_MOST = 32 }; /* samples: sums and products in float over a run stay short, however small the step */
 

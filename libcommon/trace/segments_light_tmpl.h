@@ -120,6 +120,20 @@ static void scattered_fractions(const TfTables *o, const LookupEnd *a, const Loo
     }
 }
 
+/* Segments that stand for many equal ones: lights that stand somewhere by their mean over all of them. */
+MAYBE_UNUSED static void shade_equals(const Segments *k, const SegmentEnd *a, const SegmentEnd *b, const SegmentParts *parts,
+                                      ints mask, Shading *sh)
+{
+    const RayPacket *l = &k->samples.packet;
+    FOR_LANES(i, mask_bits(mask & (ints)(samples_beside(&k->samples, mask) > 0))) {
+        double t0 = end_time(k, a, i), t1 = end_time(k, b, i), depth[3], mean[3];
+        for (int c = 0; c < 3; c++)
+            depth[c] = (double)parts->optical_depth[c < l->tables->channels ? c : 0][i] * k->samples.stands_for[i];
+        vol_lights_mean(l->scene, &l->rays[i], l->prepared->nearest_light, t0, t1, depth, mean);
+        shade_evenly(l->tables, i, mean, sh);
+    }
+}
+
 /* K 11 at both ends, averaged: the factor of what a segment scatters. */
 static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
                             reals factor[3], Light *light)
@@ -128,8 +142,15 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
     SegmentEnd *ends[2] = {a, b};
     for (int c = 0; c < 3; c++)
         factor[c] = reals_all(0);
+    const bool even = k->samples.packet.prepared->lit_from_places && k->samples.equals;
+    Shading equals;
     for (int n = 0; n < 2; n++) {
         const Shading *sh = shading_at(k, ends[n], mask);
+        if (__builtin_expect(even, 0)) {
+            equals = *sh;
+            shade_equals(k, a, b, parts, mask, &equals);
+            sh = &equals;
+        }
         reals in[4] = {{0}}, line[4] = {{0}}, one_end[3];
         load_interval(o, ends[n]->field.interval, AT_PARTICLES, in);
         load_interval(o, ends[n]->field.interval, AT_EMIT + 4, line);

@@ -10,8 +10,8 @@
  * 2 sqrt(n q) sqrt(n) u, of which exp(-n q) leaves at most 0.9 sqrt(n) u.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    Shading, shade_scaled(), shade_lanes(), surfaceness_of(), classic_factors(); Times, times_of(), LightPath,
- *             light_path(), towards_light(), halfway_to(), HIGHLIGHTS_SHARP */
+ * PROVIDES    Shading, shade_scaled(), shade_lanes(), shade_evenly(), surfaceness_of(), classic_factors(); Times,
+ *             times_of(), LightPath, light_path(), towards_light(), halfway_to(), HIGHLIGHTS_SHARP */
 #ifndef VOL_TRACE_SHADING_TMPL_H
 #define VOL_TRACE_SHADING_TMPL_H
 
@@ -293,6 +293,16 @@ static inline void shade_lanes(const RayPacket *packet, const reals gradient[3],
     reals scaled[1][3] = {{gradient[0] * scale, gradient[1] * scale, gradient[2] * scale}}, zero = reals_all(0);
     shade_scaled(packet, 1, scaled, times, &zero, out);
     out->gradient /= scale;
+}
+
+/* Lane i where there is no normal: ambient light alone. */
+MAYBE_UNUSED static void shade_evenly(const TfTables *tables, unsigned i, const double arriving[3], Shading *out)
+{
+    for (int c = 0; c < 3; c++) {
+        out->k[c][i] = tables->ambient * (real)arriving[c];
+        out->b[c][i] = out->normal[c][i] = 0;
+    }
+    out->gradient[i] = 0;
 }
 
 /* K 11's S: by table (a + b x), or by the gradient's magnitude from 0 at g0 to 1 at g1. */

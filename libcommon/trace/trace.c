@@ -126,14 +126,29 @@ static void trace_aloud(const VolTraceCall *call)
     trace_in_double(call);
 }
 
+/* Light is 0 or more.  A colour that runs to 0 at a node comes out a little below it where the field is that node's value
+ * but for rounding. */
+static void leave_no_negative(const VolTraceCall *call)
+{
+    static const int light[] = {VOL_SUM_SCATTER, VOL_SUM_EMIT, VOL_SUM_SURFACE};
+    for (size_t i = 0; i < call->count; i++)
+        for (int c = 0; c < 3; c++) {
+            VolRadiance *out = &call->out[i];
+            out->color[c] = out->color[c] < 0 ? 0 : out->color[c];
+            for (size_t n = 0; n < sizeof light / sizeof *light; n++)
+                out->sum[light[n]][c] = out->sum[light[n]][c] < 0 ? 0 : out->sum[light[n]][c];
+        }
+}
+
 void vol_trace_rays(const VolTraceCall *call)
 {
     const VolPrepared *prepared = call->prepared;
     if (call->listener && prepared->gives_up) {
         trace_aloud(call);
-        return;
+    } else {
+        kernel_of(prepared->scene, prepared->scene->precise)(call);
+        if (prepared->gives_up)
+            trace_in_double(call);
     }
-    kernel_of(prepared->scene, prepared->scene->precise)(call);
-    if (prepared->gives_up)
-        trace_in_double(call);
+    leave_no_negative(call);
 }

@@ -22,10 +22,28 @@ typedef struct VolBrickStore {
 bool vol_brick_store_new(VolBrickStore *store, size_t places, size_t size); /* false: no memory; free it all the same */
 void vol_brick_store_free(VolBrickStore *store);
 
+/* All that the gradients of a brick follow from, where none of the bricks around it has storage: such are alike in many
+ * places, as all along the faces of a tile. */
+typedef struct VolSurroundings {
+    uint32_t bricks[27];
+    int32_t ends[6]; /* of the domain's voxels, from the brick's first, as far as they matter */
+} VolSurroundings;
+
+enum { VOL_SURROUNDINGS = 64 };
+
+/* Those that were met last; they came by the numbers 1, 2, 3, ... */
+typedef struct VolSurroundingsMet {
+    VolSurroundings of[VOL_SURROUNDINGS];
+    uint32_t number[VOL_SURROUNDINGS]; /* 0: none */
+    uint32_t count;
+    size_t last; /* place of the one that was asked for last */
+} VolSurroundingsMet;
+
 /* A thread's working memory, and what it counted. */
 typedef struct VolScratch {
     VolBrickStore values;    /* VOL_BRICK_STRIDE numbers each */
     VolBrickStore gradients; /* three times as many */
+    VolSurroundingsMet met;  /* whose gradients may be among them */
     void *zeros;             /* as large as one brick's gradients */
     VolSkipped skipped;
     struct VolScratch *in_double; /* for rays that are traced anew, or NULL */

@@ -237,6 +237,9 @@ void vol_grid_voxel_rgb(const VolGrid *grid, int32_t i, int32_t j, int32_t k, do
 /* The range of the finite values in the domain (of RGB: of all three); false: there are none. */
 bool vol_grid_range(const VolGrid *grid, double *lo, double *hi);
 
+/* Whether some cell of the domain has finite values at all its corners: all others are left empty. */
+bool vol_grid_has_cell(const VolGrid *grid);
+
 /* A bound of the change of the value along any straight line of this length, world units: see vol_volume_change(). */
 double vol_grid_change(const VolGrid *grid, double length);
 

@@ -64,6 +64,8 @@ bool vol_volume_is_double(const VolVolume *volume) { return volume->grid->is_dou
 void vol_volume_rescale(VolVolume *volume, int exponent) { vol_grid_rescale(volume->grid, exponent); }
 double vol_volume_change(const VolVolume *volume, double length) { return vol_grid_change(volume->grid, length); }
 
+bool vol_volume_has_cell(const VolVolume *volume) { return vol_grid_has_cell(volume->grid); }
+
 VolVolumeCounts vol_volume_counts(const VolVolume *volume)
 {
     const VolGrid *grid = volume->grid;

@@ -47,6 +47,9 @@ double vol_volume_change(const VolVolume *volume, double length);
 /* All values times 2^exponent; those that would not be finite any more become the largest that are. */
 void vol_volume_rescale(VolVolume *volume, int exponent);
 
+/* false: a value that is NaN or infinite lies at every place, or beside it, and nothing can be seen. */
+bool vol_volume_has_cell(const VolVolume *volume);
+
 typedef struct VolVolumeCounts {
     uint64_t active_voxels, bad_voxels; /* bad: NaN or infinite, inside the domain */
     size_t parts, stored_parts;         /* stored: value by value */

@@ -18,6 +18,7 @@
 #include "base/memory.h"
 #include "base/plugin.h"
 #include "base/pool.h"
+#include "base/printable.h"
 #include "base/refusals.h"
 #include "base/stats.h"
 #include "base/status.h"
@@ -272,9 +273,9 @@ static void test_messages(void)
 {
     VolError err = {""};
     CHECK(vol_fail(&err, VOL_NO, "bad '%s'", "a\nb\033") == VOL_NO);
-    CHECK_TEXT(err.text, "bad 'a?b?'");
+    CHECK_TEXT(err.text, "bad 'a\\x0ab\\x1b'");
     CHECK(vol_fail_within(&err, VOL_IO, "line %d", 3) == VOL_IO);
-    CHECK_TEXT(err.text, "line 3: bad 'a?b?'");
+    CHECK_TEXT(err.text, "line 3: bad 'a\\x0ab\\x1b'");
     CHECK(vol_fail(NULL, VOL_NOMEM, "x") == VOL_NOMEM);
     char said[100] = "";
     VolLog log = {remember, said}, mute = {NULL, NULL};
@@ -285,6 +286,39 @@ static void test_messages(void)
     vol_warn(&mute, "y");
     vol_warn(NULL, "y");
     CHECK_TEXT(said, "0 x");
+}
+
+static void check_printable(const char *text, const char *want)
+{
+    char once[64], twice[64];
+    CHECK(vol_printable(once, sizeof once, text) == strlen(want));
+    CHECK_TEXT(once, want);
+    vol_printable(twice, sizeof twice, once);
+    CHECK_TEXT(twice, want);
+}
+
+static void test_printable(void)
+{
+    check_printable("", "");
+    check_printable("a \\ ~", "a \\ ~");
+    check_printable("\303\251 \342\202\254 \360\237\214\212", "\303\251 \342\202\254 \360\237\214\212");
+    check_printable("\001\t\n\r\033\177", "\\x01\\x09\\x0a\\x0d\\x1b\\x7f");
+    check_printable("\377\200a", "\\xff\\x80a");
+    check_printable("\302\233m \302\240", "\\xc2\\x9bm \302\240");           /* CSI; a space that does not break */
+    check_printable("\300\257 \301\277", "\\xc0\\xaf \\xc1\\xbf");           /* longer than they need be */
+    check_printable("\340\200\257", "\\xe0\\x80\\xaf");
+    check_printable("\360\200\200\257", "\\xf0\\x80\\x80\\xaf");
+    check_printable("\355\240\200", "\\xed\\xa0\\x80");                      /* half a pair */
+    check_printable("\364\220\200\200", "\\xf4\\x90\\x80\\x80");             /* beyond the last */
+    check_printable("\303", "\\xc3");
+    check_printable("\342\202x", "\\xe2\\x82x");
+    check_printable("\360\237\214", "\\xf0\\x9f\\x8c");
+    char small[6];
+    CHECK(vol_printable(small, sizeof small, "abc\303\251d") == 5);
+    CHECK_TEXT(small, "abc\303\251");
+    CHECK(vol_printable(small, sizeof small, "abcd\303\251") == 4);
+    CHECK(vol_printable(small, sizeof small, "ab\377") == 2);
+    CHECK(vol_printable(small, 1, "ab") == 0);
 }
 
 /* ---- maps ---- */
@@ -384,6 +418,7 @@ int main(void)
     RUN(test_memory_left);
     RUN(test_bytes);
     RUN(test_messages);
+    RUN(test_printable);
     RUN(test_affine);
     RUN(test_limits);
     return test_end();

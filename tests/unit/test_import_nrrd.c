@@ -366,6 +366,46 @@ static void test_damage(void)
     }
 }
 
+/* teem, whose format this is, takes each field once, and what has one entry per axis only after their number. */
+static void test_order_of_fields(void)
+{
+    static const char *const fields[] = {"type: uchar", "dimension: 3", "sizes: 2 1 1", "encoding: raw", "endian: little",
+                                         "spacings: 1 1 1", "centers: cell cell cell", "kinds: space space space",
+                                         "axis mins: 0 0 0", "axis maxs: 1 1 1", "space dimension: 3",
+                                         "space directions: (1,0,0) (0,1,0) (0,0,1)", "space origin: (0,0,0)",
+                                         "labels: \"x\" \"y\" \"z\"", "units: \"m\" \"m\" \"m\"", "byte skip: 0",
+                                         "line skip: 0", "content: none", "thicknesses: 1 1 1"};
+    for (size_t n = 0; n < sizeof fields / sizeof *fields; n++) {
+        char header[400], why[100];
+        Block b = {.size = 0};
+        snprintf(header, sizeof header, "NRRD0004\n%s\n# %s\n%s\n%s\nkey:=a\nkey:=b\n%s\nencoding: raw\n\n12",
+                 n == 0 ? "content: 1" : "type: uchar", fields[n],
+                 n == 1 ? "content: 1" : "dimension: 3", fields[n], fields[n]);
+        put_text(&b, header);
+        save_block("twice.nrrd", &b);
+        snprintf(why, sizeof why, "line 8: NRRD field '%.*s' is there twice, in line 5 too", (int)strcspn(fields[n], ":"),
+                 fields[n]);
+        check_refused("twice.nrrd", NULL, why);
+    }
+    Block spellings = {.size = 0};
+    put_text(&spellings, "NRRD0004\ntype: uchar\ndimension: 3\ncenters: cell cell cell\nCenterings: node node node\n\n");
+    save_block("twice.nrrd", &spellings);
+    check_refused("twice.nrrd", NULL, "line 5: NRRD field 'centerings' is there twice, in line 4 too");
+    static const char *const per_axis[] = {"sizes: 2 1 1", "spacings: 1 1 1", "centers: cell cell cell", "axis mins: 0 0 0",
+                                           "kinds: space space space", "space directions: (1,0,0) (0,1,0) (0,0,1)"};
+    for (size_t n = 0; n < sizeof per_axis / sizeof *per_axis; n++) {
+        char header[400], why[100];
+        Block b = {.size = 0};
+        snprintf(header, sizeof header, "NRRD0004\ntype: uchar\n%s\ndimension: 3\n%sencoding: raw\n\n12", per_axis[n],
+                 n ? "sizes: 2 1 1\n" : "");
+        put_text(&b, header);
+        save_block("early.nrrd", &b);
+        snprintf(why, sizeof why, "line 3: NRRD field '%.*s' comes before 'dimension'", (int)strcspn(per_axis[n], ":"),
+                 per_axis[n]);
+        check_refused("early.nrrd", NULL, why);
+    }
+}
+
 /* Nothing packed, and headers changed at random. */
 static void test_random(void)
 {
@@ -471,6 +511,7 @@ int main(void)
     RUN(test_files);
     RUN(test_skip_list);
     RUN(test_damage);
+    RUN(test_order_of_fields);
     RUN(test_random);
     RUN(test_packed);
     RUN(test_raw);

@@ -655,9 +655,11 @@ static void test_faults(void)
     refuse(smooth, o, "step is 0");
     o = good, o.lo = 1, o.hi = nextafter(1, 2);
     refuse(smooth, o, "do not fit");
-    refuse("{\"pellucid\": \"transfer-function/1\", \"emit\": [[0, 1e39], [1, 1]]}", good, "too large");
+    refuse("{\"pellucid\": \"transfer-function/1\", \"particle_step\": 1e-30, \"emit\": [[0, 1e18], [1, 1]]}", good,
+           "too large");
     refuse("{\"pellucid\": \"transfer-function/1\", \"scatter\": [[-1e300, 0.5], [1e300, 1]]}", good, "too large");
-    refuse("{\"pellucid\": \"transfer-function/1\", \"scatter\": [[0, 0.5, [1e300, 0, 0]], [1, 1]]}", good, "too large");
+    refuse("{\"pellucid\": \"transfer-function/1\", \"particle_step\": 1e-40, \"scatter\": [[0, 0.5], [1, 1]]}", good,
+           "too large");
 }
 
 static void test_default_range(void)

@@ -438,8 +438,8 @@ static void test_refuses_what_is_not_finite(void)
 {
     check_refused(HEAD ", \"particle_step\": 1e-308, \"scatter\": [[3, 1]]}",
                   "transfer function: what lies at value 3 is not finite for a particle_step of 1e-308");
-    check_refused(HEAD ", \"emit\": [[3, 1e200, [0, 1e200, 0]]]}",
-                  "transfer function: what lies at value 3 is not finite for a particle_step of 1");
+    check_refused(HEAD ", \"particle_step\": 1e-300, \"emit\": [[3, 1e17, [0, 1e18, 0]]]}",
+                  "transfer function: what lies at value 3 is not finite for a particle_step of 1e-300");
 }
 
 /* Far apart, or so close that a slope overflows: every coefficient stays finite. */

@@ -1,6 +1,6 @@
 . "$TESTS/lib.sh"
 echo '{"pellucid": "transfer-function/1", "scatter": [[0, 0.5], [1, 0.2]]}' >tf.json
-echo '{"pellucid": "transfer-function/1", "emit": [[0, 1e39], [1, 1]]}' >bright.json
+echo '{"pellucid": "transfer-function/1", "particle_step": 1e-30, "emit": [[0, 1e18], [1, 1]]}' >bright.json
 makevdb >a.vdb
 must tf-preint --size 8 -o t.exr tf.json
 exits 2 'one node' tf-preint --size 1 tf.json

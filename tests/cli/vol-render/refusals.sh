@@ -55,6 +55,8 @@ done <<END
 --probe 1
 --depth quarter
 --background white
+--background -1,0,0
+--background 0,0,-1e-300
 --background 1,1
 --background #ffffff
 --background 0.5
