@@ -119,7 +119,9 @@ static VolStatus build_lookup(const VolScene *scene, TfTables *o, VolError *err)
         return VOL_OK;
     o->at_knot = integrals->at_knot;
     VolStatus status = build_knots(scene->tf, o, err);
-    const VolPreintTable *table = full && !scene->tf->coloured ? table_of_step(scene->preint, scene->step) : NULL;
+    bool tables = full && !scene->tf->coloured;
+    const VolPreintTable *table = tables ? table_of_step(scene->preint, scene->step) : NULL;
+    o->other_steps = tables && !table;
     if (!status && table)
         status = build_table(scene->preint, table, &o->lookup, o->features, err);
     return status;

@@ -12,87 +12,16 @@
  *     elsewhere   (1 - x) (1 - y)       x y           x (1 - y)        (1 - x) y
  *     cut cells   min(1 - x, 1 - y)     min(x, y)     max(x - y, 0)    max(y - x, 0)
  * each computed from x, 1 - x and y - x as they were found, never as a difference of nearly equal numbers: entries of next
- * to no opacity keep all digits when they are scaled up, even among 4096 nodes.  Lanes that the table does not cover
- * (beyond the nodes or the band, dense bins, another length than the table's step, coloured attenuation) go one by one
- * through VolPreint.
+ * to no opacity keep all digits when they are scaled up, even among 4096 nodes.  What the table does not cover (beyond the
+ * nodes or the band, dense bins, ends of rays, coloured attenuation) is integrated (pieces_tmpl.h).
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    LookupEnd, SegmentParts, find_end(), something_between(), look_up_full(), look_up_integrals() */
+ * PROVIDES    look_up_full(), look_up_integrals(); of segment_ends_tmpl.h LookupEnd, SegmentParts, find_end(),
+ *             something_between() */
 #ifndef VOL_TRACE_LOOKUP_TMPL_H
 #define VOL_TRACE_LOOKUP_TMPL_H
 
-#include "trace/properties_tmpl.h"
-#include "tf/preint.h"
-
-/* One end of each lane's segment. */
-typedef struct LookupEnd {
-    reals v;
-    ints interval;
-    reals extinction, surface; /* there; of the first channel */
-    ints node;                 /* the bin that v lies in; how far beyond its lower node, in [0, 1], */
-    reals x, rest;             /* and before its upper one: 1 - x, small ones not rounded away */
-} LookupEnd;
-
-/* Opacities and premultiplied colours, as in VolPreintSegment.  Integrals: all surfaces stand in the first group. */
-typedef struct SegmentParts {
-    reals optical_depth[3];
-    reals front_c[3], front_a[3], back_c[3], back_a[3];
-    reals particles_c[3], particles_a;
-    reals where; /* integrals: the place of the surface that stands for all, 0 at the front, 1 at the back */
-} SegmentParts;
-
-/* ---- Ends ---- */
-
-/* Extinction at v in its interval. */
-ALWAYS_INLINE void find_extinction(const TfTables *o, unsigned features, LookupEnd *e)
-{
-    reals group[4], zero = reals_all(0);
-    load_interval(o, e->interval, AT_PARTICLES, group);
-    reals x = e->v - group[0];
-    e->extinction = reals_max(reals_line(group[1], group[2], x), zero);
-    if (features & FEATURE_SURFACE) {
-        load_interval(o, e->interval, AT_SURFACE, group);
-        e->surface = reals_max(reals_line(group[0], group[1], x), zero);
-    }
-}
-
-ALWAYS_INLINE void find_place(const Lookup *t, reals v, LookupEnd *out)
-{
-    reals product = v * t->scale;
-    reals low = reals_fma(v, reals_all(t->scale_rest), reals_fma(v, reals_all(t->scale), -product) + t->offset_low);
-    reals place = reals_clamp(((product + t->offset) + t->offset_rest) + low, 0, (real)(t->nodes - 2));
-    out->node = __builtin_convertvector(place, ints);
-    reals whole = __builtin_convertvector(out->node, reals) - t->offset;
-    reals high = (product - whole) + t->offset_rest;
-    out->x = reals_clamp(high + low, 0, 1);
-    out->rest = reals_clamp((1 - high) - low, 0, 1);
-}
-
-/* `table`: the ends' places in it are wanted too. */
-ALWAYS_INLINE void find_end(const TfTables *o, reals v, bool table, unsigned features, LookupEnd *out)
-{
-    out->v = v;
-    out->interval = intervals_of(o, v);
-    find_extinction(o, features, out);
-    if (table)
-        find_place(&o->lookup, v, out);
-}
-
-/* Whether the transfer function shows anything between the ends: the rule for bricks (vol_tf_range_visible), so that leaving
- * out an invisible brick never leaves out a segment that would have added something. */
-ALWAYS_INLINE ints something_between(const TfTables *o, const LookupEnd *a, const LookupEnd *b, unsigned features)
-{
-    ints rising = (ints)(a->interval < b->interval), touching = {0};
-    ints low = ints_select(rising, a->interval, b->interval), high = ints_select(rising, b->interval, a->interval);
-    reals lo = reals_min(a->v, b->v), hi = reals_max(a->v, b->v);
-    ints perhaps = (ints)(low < high) & (ints)(next_visible_of(o, low) == high);
-    if (any(perhaps)) {
-        reals knot[4];
-        load_quads(&o->knots[0].v, ((high - 1) & perhaps) * KNOT_REALS, knot);
-        touching = perhaps & (ints)(hi == knot[0]) & (ints)(knot[1] == 0);
-    }
-    return range_shows(o, lo, hi, low, high, touching, features);
-}
+#include "trace/pieces_tmpl.h"
 
 /* ---- Segments that run over knots ---- */
 
@@ -264,15 +193,11 @@ ALWAYS_INLINE ints look_up_table(const TfTables *o, const LookupEnd *a, const Lo
     return known;
 }
 
-/* One lane's, by VolPreint. */
-static void look_up_one(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, unsigned i, double length,
-                        bool own_step, SegmentParts *out)
+/* One lane's, of the scene's step, by tables of other steps. */
+static void look_up_one(const VolScene *scene, const LookupEnd *a, const LookupEnd *b, unsigned i, SegmentParts *out)
 {
     VolPreintSegment s;
-    if (own_step)
-        vol_preint_full_at(scene->preint, (double)a->v[i], (double)b->v[i], length, &s);
-    else
-        vol_preint_segment(scene->tf, (double)a->v[i], (double)b->v[i], length, &s);
+    vol_preint_full_at(scene->preint, (double)a->v[i], (double)b->v[i], scene->step, &s);
     for (int c = 0; c < 3; c++) {
         out->optical_depth[c][i] = (real)s.depth[c];
         out->front_c[c][i] = (real)s.fw_c[c];
@@ -465,13 +390,17 @@ ALWAYS_INLINE void look_up_full(const VolPrepared *prepared, const LookupEnd *a,
         known = look_up_table(o, a, b, mask & own, features, (real)scene->step, out);
     else
         memset(out, 0, sizeof *out);
-    if (any(mask & ~known)) {
-        reals own_step = reals_all((real)scene->step);
-        known |= look_up_beyond(prepared, a, b, reals_select(own, own_step, doubles_round(length)), mask & ~known, features,
-                                out);
+    if (!any(mask & ~known))
+        return;
+    reals lengths = reals_select(own, reals_all((real)scene->step), doubles_round(length));
+    known |= look_up_beyond(prepared, a, b, lengths, mask & ~known, features, out);
+    if (o->other_steps) {
+        FOR_LANES(i, mask_bits(mask & own & ~known))
+            look_up_one(scene, a, b, i, out);
+        known |= own;
     }
-    FOR_LANES(i, mask_bits(mask & ~known))
-        look_up_one(scene, a, b, i, own[i] ? scene->step : doubles_lane(length, (int)i), own[i], out);
+    if (any(mask & ~known))
+        look_up_pieces(o, a, b, lengths, mask & ~known, features, out);
 }
 
 #endif

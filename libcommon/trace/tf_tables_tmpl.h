@@ -108,6 +108,7 @@ typedef struct TfTables {
     Knot *knots;                    /* NULL but for the pre-integrated estimators, as are: */
     const VolTfIntegral *at_knot;   /* from the first knot to each */
     FewIntervals few;
+    bool other_steps;               /* full tables there are, but none of the scene's step */
     Lookup lookup;
 } TfTables;
 

@@ -1,0 +1,3 @@
+/* Segments that no table covers, in double. */
+#define VOL_DOUBLE
+#include "tests/unit/pieces_checks.h"
