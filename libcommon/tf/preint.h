@@ -90,7 +90,7 @@ typedef struct VolPreint {
     size_t floats;            /* 3 channels + 9 */
     VolPreintTable *octaves;  /* of steps step, 2 step, 4 step, ... */
     size_t octave_count;      /* 0: 1D only */
-    unsigned char *dense;     /* per bin: a surface's optical depth in it is above VOL_PREINT_DENSE */
+    unsigned char *dense;     /* per bin: a surface's optical depth in it is above VOL_PREINT_DENSE, or properties break */
 } VolPreint;
 
 #define VOL_PREINT_MOST_NODES 4096
@@ -139,7 +139,7 @@ static inline float *vol_preint_entry(const VolPreint *tables, const VolPreintTa
 
 /* Opacity is exact for every v0, v1 and dl; how it divides into parts, and the parts' colours, are interpolated between
  * nodes and, for another dl than the tables', between octaves.  What no table covers (beyond the range or the band)
- * comes from vol_preint_segment; so does what begins or ends in a bin with a surface too dense for it. */
+ * comes from vol_preint_segment; so does what begins or ends in a bin that is dense. */
 void vol_preint_full_at(const VolPreint *tables, double v0, double v1, double dl, VolPreintSegment *out);
 
 /* (1 - exp(-t)) / t, 1 at 0 */

@@ -77,7 +77,57 @@ static VolStatus allocate_table(const VolPreint *tables, VolPreintTable *table, 
     return VOL_OK;
 }
 
-/* Marks the bins in which a surface is so dense that entries at their ends say little of what lies between. */
+/* Whether a number at a share u of the way from a to b is far from the line between them. */
+static bool bends_off(double a, double b, double u, double at)
+{
+    return fabs(at - (a + u * (b - a))) > fmax(fmax(a, b), at) / 16;
+}
+
+static bool is_off(const VolTfSample *a, const VolTfSample *b, double u, const VolTfSample *at)
+{
+    bool off = bends_off(a->surface, b->surface, u, at->surface);
+    for (int c = 0; c < 3; c++)
+        off = off || bends_off(a->particle[c], b->particle[c], u, at->particle[c]) ||
+              bends_off(a->source[c], b->source[c], u, at->source[c]) ||
+              bends_off(a->surface * a->surface_color[c], b->surface * b->surface_color[c], u,
+                        at->surface * at->surface_color[c]);
+    return off;
+}
+
+/* Whether what attenuates runs to 0 at the sample while something still shines: opacity goes to 0 there, the colour that
+ * belongs to it to infinity. */
+static bool runs_out(const VolTfSample *at, const VolTfSample *beyond)
+{
+    bool any = false;
+    for (int c = 0; c < 3; c++)
+        any = any || (at->source[c] > 0 && at->particle[c] <= 1e-6 * beyond->particle[c] && beyond->particle[c] > 0);
+    return any;
+}
+
+/* Whether properties jump or bend at a knot in (v0, v1] so that what lies between the ends of a bin is not between what they
+ * show. */
+static bool breaks_between(const VolTfCompiled *tf, double v0, double v1)
+{
+    VolTfSample first, last;
+    vol_tf_sample(tf, v0, &first);
+    vol_tf_sample(tf, v1, &last);
+    for (size_t i = vol_tf_interval(tf, v0); i < tf->knot_count && tf->knots[i] <= v1; i++) {
+        const VolTfInterval *below = &tf->intervals[i], *above = below + 1;
+        VolTfSample left, right, low, high;
+        double u = (tf->knots[i] - v0) / (v1 - v0);
+        vol_tf_sample_within(below, tf->knots[i], &left);
+        vol_tf_sample_within(above, tf->knots[i], &right);
+        vol_tf_sample_within(below, fmax(below->v0, v0), &low);
+        vol_tf_sample_within(above, fmin(above->v1, v1), &high);
+        if (u > 0 && (is_off(&first, &last, u, &left) || is_off(&first, &last, u, &right) || runs_out(&left, &low) ||
+                      runs_out(&right, &high)))
+            return true;
+    }
+    return false;
+}
+
+/* Marks the bins in which a surface is so dense that entries at their ends say little of what lies between, and those in
+ * which properties break. */
 static VolStatus mark_dense_bins(VolPreint *tables, VolError *err)
 {
     tables->dense = vol_alloc_zero(tables->n, 1);
@@ -85,8 +135,9 @@ static VolStatus mark_dense_bins(VolPreint *tables, VolError *err)
         return vol_fail_memory(err, tables->n);
     for (size_t i = 0; i + 1 < tables->n; i++) {
         VolTfIntegral bin;
-        vol_tf_integrals_between(&tables->integrals, vol_preint_node(tables, i), vol_preint_node(tables, i + 1), &bin);
-        tables->dense[i] = bin.surface > VOL_PREINT_DENSE;
+        double v0 = vol_preint_node(tables, i), v1 = vol_preint_node(tables, i + 1);
+        vol_tf_integrals_between(&tables->integrals, v0, v1, &bin);
+        tables->dense[i] = bin.surface > VOL_PREINT_DENSE || breaks_between(tables->integrals.tf, v0, v1);
     }
     return VOL_OK;
 }

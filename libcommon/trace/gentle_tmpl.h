@@ -208,7 +208,7 @@ static reals shine_limit(const Exact *k, const reals a[3], const reals b[3], rea
 }
 
 /* Where its distance passes the one within which it shines no brighter, and where the ray enters or leaves the cones of a
- * spot: (a + b s)^2 = r^2, and with the axis d ((a + b s).d)^2 = cos^2 (a + b s)^2. */
+ * spot: (a + b s)^2 = r^2, and with u + v s the way from the axis (u + v s)^2 = sin^2 (a + b s)^2. */
 static reals falloff_limit(const Exact *k, const VolLight *light, const reals a[3], const reals b[3], reals sa, reals sb,
                            ints mask)
 {
@@ -218,13 +218,17 @@ static reals falloff_limit(const Exact *k, const VolLight *light, const reals a[
     sb = cubic_limit(&f, sa, sb, mask);
     if (light->kind != VOL_LIGHT_SPOT)
         return sb;
-    const reals axis[3] = {reals_all((real)light->direction.x), reals_all((real)light->direction.y),
-                           reals_all((real)light->direction.z)};
     const double edges[2] = {light->cos_edge, light->cos_full};
-    reals da = dot3(axis, a), db = dot3(axis, b);
+    reals u[3], v[3];
+    Times begin = cell_times(k);
+    LightPath path;
+    light_path(&k->packet, light, &path);
+    off_axis(&path, &begin, u);
+    for (int i = 0; i < 3; i++)
+        v[i] = k->length * path.drift[i];
     for (int n = 0; n < 2; n++) {
-        real square = (real)(edges[n] * edges[n]);
-        f = (Cubic){da * da - square * aa, 2 * da * db - square * ab, db * db - square * bb, zero};
+        real square = (real)((1 - edges[n]) * (1 + edges[n]));
+        f = (Cubic){dot3(u, u) - square * aa, 2 * dot3(u, v) - square * ab, dot3(v, v) - square * bb, zero};
         sb = cubic_limit(&f, sa, sb, mask);
     }
     return sb;

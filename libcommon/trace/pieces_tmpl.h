@@ -1,9 +1,9 @@
-/* What LANES segments add to the light of their rays, by the definition (as vol_preint_segment; tf/preint.h has the equations):
- * for those that no table covers.
+/* What LANES segments add to the light of their rays, by the definition (as vol_preint_segment; tf/preint.h has the
+ * equations): for those that no table covers.
  *
- * A segment is cut where it runs over knots.  On such a span extinction is linear in the place u, and optical depth quadratic.
- * Spans are cut into pieces of optical depth 1 at most, and on a piece, x from 0 to 1, all that is asked for is made of four
- * integrals,
+ * A segment is cut where it runs over knots.  On such a span extinction is linear in the place u, and optical depth
+ * quadratic.  Spans are cut into pieces of optical depth 1 at most, and on a piece, x from 0 to 1, all that is asked for is
+ * made of four integrals,
  *     m_k = int x^k exp(-(rate x + bend x^2 / 2)) dx,  k = 0 ... 3
  * since amounts, colours and the place along the segment are linear in x, and the longest product is of three of them.
  * Gauss-Legendre quadrature of the m_k is exact but for rounding.  What spans and pieces add is summed in double: a transfer
@@ -22,8 +22,8 @@
 /* Amounts per segment; their squares are numbers still.  Such segments are opaque many times over. */
 #define AMOUNT_MOST ((real)1e18)
 
-/* A part of each lane's segment within one interval.  Its properties are lines [0] + [1] u, u from 0 at its front to 1 at its
- * back; amounts per unit of the segment. */
+/* A part of each lane's segment within one interval.  Its properties are lines [0] + [1] u, u from 0 at its front to 1 at
+ * its back; amounts per unit of the segment. */
 typedef struct Span {
     reals share, before, behind; /* of the segment: the span's, what is in front of it, what begins with it */
     reals extinction[3][2], scatter[2], scatter_color[3][2], emit[3][2], surface[2], surface_color[3][2];
