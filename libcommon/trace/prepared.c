@@ -1,5 +1,6 @@
 #include "trace/prepared.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -58,9 +59,9 @@ static void set_bounds(VolPrepared *p)
 
 /* Of what a place sends, and of light that comes to it: products with extinctions and depths are numbers in float, too. */
 #define BRIGHTEST 1e18
-/* Of what all of a ray emits: less than rounding of the brightest background. */
-#define MOST_EMITTED 1e30
 #define MOST_NUMBER 1e36
+/* Of all of a ray, the background included. */
+#define BRIGHTEST_PIXEL (0.99 * FLT_MAX)
 
 /* How far a place is from the box around the domain. */
 static double distance_to_domain(const VolVolume *volume, VolVec3 place)
@@ -126,9 +127,10 @@ static VolStatus check_brightness(const VolPrepared *p, VolError *err)
     if (!(densest(tf) * fmax(tf->max_color, tf->model == VOL_MODEL_CLASSIC ? lit : 0) <= MOST_NUMBER))
         return vol_fail(err, VOL_BAD_INPUT, "particles scatter more than %g per world unit: a picture could not hold it",
                         MOST_NUMBER);
-    if (!(tf->max_emit * way <= MOST_EMITTED))
-        return vol_fail(err, VOL_BAD_INPUT, "a ray through the volume meets emission of %.3g, more than %g: %s",
-                        tf->max_emit * way, MOST_EMITTED, "a picture could not hold it");
+    double emitted = tf->max_emit * way;
+    if (emitted > 0 && !(emitted + most + p->scene->background_max <= BRIGHTEST_PIXEL))
+        return vol_fail(err, VOL_BAD_INPUT, "a ray through the volume meets emission of %.3g: a picture could not hold it",
+                        emitted);
     return VOL_OK;
 }
 

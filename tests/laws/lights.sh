@@ -29,6 +29,7 @@ compare "point inside, broad" classic 1 scatter point:5.2,5.3,5.1:9,9,9 2e-3
 compare "point beside, sharp" classic 1000 scatter point:-1,5,5:40,40,40 2e-3
 compare "spot" classic 10 scatter spot:-1,5,5,1,0,0,60:40,40,40 2e-3
 compare "sun, sharp" classic 1000 scatter sun:1,1,0 2e-3
+compare "spot, half a degree from afar" classic 10 scatter spot:5,5,2000,0,0,-1,0.2:4e6,4e6,4e6 1e-2
 compare "surface, point inside" hybrid 10 surface point:5.2,5.3,5.1:9,9,9 5e-3
 compare "surface, a root of the cosine" hybrid 0.3 surface sun:1,1,0 2e-2
 

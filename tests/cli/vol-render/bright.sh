@@ -33,8 +33,6 @@ refused 2 'a near light' 'as bright as' --light point:2,2,2:9,0,0 a.vdb
 exits 0 'the same farther away' render --light point:2,2,80:9,0,0 -o out.exr a.vdb
 look '"model": "classic", "scatter": [[0, 0.5, [1e12, 0, 0]], [1, 0.5]], "shading": {"ambient": 1e3, "specular": 1e3}'
 refused 2 'classic' 'as bright as' --light sun:0,0,1:1e4,0,0 a.vdb
-look '"particle_step": 1e-20, "emit": [[0, 1e18, [1e18, 0, 0]]]'
-refused 3 'emission on the way' 'emission of ' a.vdb
 
 # What is let through is finite: whatever the model, the estimator, the precision, the size of voxels.
 finite() { # NAME ARGUMENT...
@@ -48,6 +46,9 @@ finite() { # NAME ARGUMENT...
         done
     done
 }
+look '"particle_step": 1e-20, "emit": [[0, 1e18, [1e18, 0, 0]]]'
+finite 'emission as strong as can be' a.vdb
+refused 3 'the same before a background as bright as can be' 'emission of ' --background 3.4e38,0,0 a.vdb
 for voxel in 1e-9 1 1e9; do
     must makevdb --dims 5,5,5 --field linear:0.25,0,0,0 --voxel $voxel >a.vdb
     must makevdb --dims 5,5,5 --field waves --voxel $voxel --sparse >b.vdb
