@@ -3,8 +3,10 @@
  * Float knows the field to about grain = u |v|, u = 2^-24, |v| the largest of the cell's corners.  A crossing of a knot or
  * an isosurface is known to grain / |v'| along the ray, and next to where v turns to sqrt(grain / |v'' / 2|).  If what
  * particles do jumps there, or an isosurface stands among them, the pixel is off by that length times the jump, seen
- * through what is in front; an isosurface's normal by that length times its own turning.  Where v turns within a few grains
- * of an isosurface, nobody can tell whether it is crossed twice or not at all.
+ * through what is in front; an isosurface's normal by that length times its own turning.  Where v turns, or passes from
+ * cell to cell, within a few grains of an isosurface, float cannot tell on which side: there are two crossings more or less,
+ * or one at an end of the ray.  It can where v never leaves one side anyway: that of all corners of the cell, or of the face
+ * that it is surely in, is that of v.
  *
  * Where extinction or emission grows by b per unit of v, a stretch of length l is off by b l grain.
  *
@@ -14,7 +16,8 @@
  * What does not depend on how a ray runs, conditioning.c judges by parts of the volume.
  *
  * PARAMETERS  VOL_DOUBLE; VOL_TRAVERSAL
- * PROVIDES    blur_of(), give_up_blurred(), give_up_unsure_normals(), give_up_steep(), give_up_faint() */
+ * PROVIDES    blur_on_way(), give_up_blurred(), give_up_unsure_entries(), give_up_unsure_normals(), give_up_steep(),
+ *             give_up_faint() */
 #ifndef VOL_TRACE_BLUR_TMPL_H
 #define VOL_TRACE_BLUR_TMPL_H
 
@@ -22,8 +25,12 @@
 
 #ifdef VOL_DOUBLE
 
-static inline reals blur_of(reals lo, reals hi) { return (void)lo, (void)hi, reals_all(0); }
+static inline reals blur_on_way(reals lo, reals hi) { return (void)lo, (void)hi, reals_all(0); }
 static inline void give_up_blurred(Exact *k, ints mask, unsigned features) { (void)k, (void)mask, (void)features; }
+MAYBE_UNUSED static inline void give_up_unsure_entries(Exact *k, ints mask, unsigned features)
+{
+    (void)k, (void)mask, (void)features;
+}
 static inline void give_up_steep(Exact *k, ints mask, const SubInterval *p, const Properties *in, reals optical_depth,
                                  unsigned features)
 {
@@ -47,6 +54,12 @@ MAYBE_UNUSED static inline void give_up_faint(Exact *k, ints mask, const SubInte
 
 /* How near values must be to be mistaken for each other. */
 ALWAYS_INLINE reals blur_of(reals lo, reals hi) { return reals_max(reals_abs(lo), reals_abs(hi)) * (8 * UNIT_ROUNDOFF); }
+
+/* The same where rays' places count, too: known to 32 u of a cell (grid_cells_tmpl.h), mostly to much less. */
+ALWAYS_INLINE reals blur_on_way(reals lo, reals hi)
+{
+    return reals_fma(hi - lo, reals_all(16 * UNIT_ROUNDOFF), blur_of(lo, hi));
+}
 
 /* Gives up the rays of `mask` whose pixels are off by `effect`, seen through what is in front; returns those that go on. */
 ALWAYS_INLINE ints give_up_beyond(Exact *k, ints mask, reals effect, unsigned features)
@@ -82,12 +95,29 @@ ALWAYS_INLINE reals jump_near(const Exact *k, reals near)
                      reals_where(near_above, gather_reals(o->jump + 1, k->interval)));
 }
 
-/* Whether a leg ends so near an isosurface that float cannot tell on which side.  What is the same in double is left out:
- * faces all of whose corners lie on it, and fields that come down to it and no further. */
-ALWAYS_INLINE ints is_undecided(const Exact *k, reals near, real value, ints mask)
+/* Those of `mask` whose v at s is so near an isosurface that float cannot tell on which side.  Where the field turns at the
+ * isosurface's value in voxels, it comes near it far more often than chance has it: rare errors count, too. */
+ALWAYS_INLINE ints undecided(const Exact *k, ints mask, reals s, reals v, real value)
 {
-    reals off = reals_abs(k->leg_v - value);
-    return mask & (ints)(off <= near) & ((ints)(off > 0) | ((ints)(k->leg_s < 1) & (ints)(k->least < value)));
+    reals lo = k->least, hi = k->most;
+    ints extreme = (ints)(lo == value) | (ints)(hi == value);
+    mask &= (ints)(reals_abs(v - value) <= reals_select(extreme, blur_on_way(lo, hi), blur_of(lo, hi)));
+    if (any(mask))
+        traversal_sure_range(&k->way, &k->packet, &k->place, s, mask, &lo, &hi);
+    return mask & (ints)(lo < value) & (ints)(hi >= value);
+}
+
+/* Gives up those of `mask` that begin in this cell so near an isosurface. */
+MAYBE_UNUSED static void give_up_unsure_entries(Exact *k, ints mask, unsigned features)
+{
+    const TfTables *o = k->packet.tables;
+    reals effect = reals_all(0);
+    for (size_t n = 0; n < o->isosurface_count; n++) {
+        const Isosurface *iso = &o->isosurfaces[n];
+        ints unsure = undecided(k, mask, reals_all(0), k->va, iso->value);
+        effect = reals_max(effect, reals_where(unsure, reals_all((real)iso->opacity)));
+    }
+    give_up_beyond(k, mask, effect, features);
 }
 
 /* Gives up rays of `mask` whose next segment ends in such a crossing, or whose leg ends next to one. */
@@ -100,9 +130,9 @@ static inline void give_up_blurred(Exact *k, ints mask, unsigned features)
     for (size_t n = 0; n < o->isosurface_count && features & FEATURE_ISO; n++) {
         const Isosurface *iso = &o->isosurfaces[n];
         ints met = mask & k->meets_iso, crossed = met & (ints)(reals_abs(k->stop_v - iso->value) <= near);
-        ints undecided = is_undecided(k, near, iso->value, met & k->leg_begun);
+        ints unsure = undecided(k, met & k->leg_begun, k->leg_s, k->leg_v, iso->value);
         effect = reals_max(effect, reals_where(crossed, length * iso->around));
-        effect = reals_max(effect, reals_where(undecided, reals_all((real)iso->opacity)));
+        effect = reals_max(effect, reals_where(unsure, reals_all((real)iso->opacity)));
     }
     ints tiny = (ints)(largest > 0) & (ints)(largest < LEAST_SAFE);
     give_up_beyond(k, mask, reals_select(tiny, reals_all(1), effect), features);

@@ -47,6 +47,14 @@ ALWAYS_INLINE void cubic_range(const Cubic *v, reals *lo, reals *hi)
     *hi = reals_max(reals_max(v->a0, b1), reals_max(b2, b3));
 }
 
+/* Nearer to an end a turn is one that rounding made: what it changes is lost in the rounding of v.  (In float one such would
+ * be in a thousand; there blur_tmpl.h sees to those that matter.) */
+#ifdef VOL_DOUBLE
+#define TURN_FROM 0x1p-26
+#else
+#define TURN_FROM 0
+#endif
+
 /* Where v'(s) = 0 inside (0, 1), ascending; 1 where there is none.  The quadratic is solved without cancellation. */
 static inline void turning_points(const Cubic *v, reals *first, reals *second)
 {
@@ -57,8 +65,8 @@ static inline void turning_points(const Cubic *v, reals *first, reals *second)
     reals root = reals_sqrt(reals_select(real_roots, disc, one));
     reals q = (real)-0.5 * (b + reals_select((ints)(b < 0), -root, root));
     reals r0 = q / a, r1 = c / q; /* infinite or NaN where the degree is lower: refused here */
-    r0 = reals_select(real_roots & (ints)(r0 > 0) & (ints)(r0 < 1), r0, one);
-    r1 = reals_select(real_roots & (ints)(r1 > 0) & (ints)(r1 < 1), r1, one);
+    r0 = reals_select(real_roots & (ints)(r0 > TURN_FROM) & (ints)(r0 < 1 - TURN_FROM), r0, one);
+    r1 = reals_select(real_roots & (ints)(r1 > TURN_FROM) & (ints)(r1 < 1 - TURN_FROM), r1, one);
     *first = reals_min(r0, r1);
     *second = reals_max(r0, r1);
 }

@@ -9,7 +9,9 @@
  * with q = c_scatter mu_scatter + e + c_surface mu_surface |v'(s)|, by Gauss-Legendre over optical depths of at most 1
  * (8 nodes in float: 4e-8 rms on white noise with spiky transfer functions, where 4 leave 4e-6; 16 in double).
  * Shaded ones end where the normal flips or turns to or from a light, roots of cubics too, and where it has turned far
- * (subintervals_tmpl.h).  An isosurface is a factor exp(-its optical depth) at its crossing.
+ * (subintervals_tmpl.h).  An isosurface is a factor exp(-its optical depth) at its crossing: wherever
+ * v, along the ray, goes from below its value to it or above, or back.  Which of these a place is, neighbouring cells agree
+ * on (grid_cells_tmpl.h): fields may touch a surface in a voxel, along an edge or all over a face, and rays may run there.
  *
  * LANES rays go side by side, each through sub-intervals of its own cells: all seek a cell with something in it, find where
  * its next segment ends, integrate that.  (One ray at a time with the nodes side by side took 3.6 times as long on a dense
@@ -83,18 +85,18 @@ ALWAYS_INLINE void look_at_cells(Exact *k, ints mask, unsigned features)
     Cell cell;
     CellPlace place;
     ints met = traversal_next_cells(&k->way, &k->packet, mask, bounded, features, &cell, &place), meets_iso = {0};
-    reals lo = cell.lo, hi = cell.hi;
+    reals lo = cell.lo, hi = cell.hi, blur = reals_all(0);
     if (bounded) {
+        blur = reals_where((ints)(cell.least < cell.most), blur_on_way(cell.least, cell.most));
         k->least = reals_select(met, cell.least, k->least);
         k->most = reals_select(met, cell.most, k->most);
     }
     if (features & FEATURE_ISO) {
-        reals blur = blur_of(lo, hi);
         meets_iso = meets_isosurface(o, lo - blur, hi + blur);
         k->meets_iso = ints_select(met, meets_iso, k->meets_iso);
     }
     ints low, high;
-    intervals_around(o, lo, hi, &low, &high);
+    intervals_around(o, lo - blur, hi + blur, &low, &high);
     ints first_visible = gather_ints(o->next_visible, low);
     ints visible = (ints)(first_visible <= high), constant = met & visible & (ints)(lo == hi);
     /* Unshaded, a cell's light costs less than looking at one cell more. */
@@ -111,6 +113,8 @@ ALWAYS_INLINE void look_at_cells(Exact *k, ints mask, unsigned features)
     if (features & FEATURE_SURFACE)
         many |= (ints)(gather_reals(&o->intervals[0].has_surface, low * INTERVAL_REALS) > 0);
     take_cells(k, seen, &cell, &place, low, many, features);
+    if (features & FEATURE_ISO && any(meets_iso & cell.begins))
+        give_up_unsure_entries(k, seen & meets_iso & cell.begins, features);
 }
 
 /* Every lane that is in no cell goes on until it is, or its ray has ended. */

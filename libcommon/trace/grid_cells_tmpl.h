@@ -1,7 +1,10 @@
 /* Cells of a grid under a ray packet, in the order of each ray.
  *
  * Where isosurfaces are to be met, the field at a cell's ends is kept within the corners of the faces that they lie on:
- * neighbouring cells agree on each side of a face, and a crossing is counted once, whatever rounding does.
+ * neighbouring cells agree on each side of a face, and a crossing is counted once, whatever rounding does.  A ray that lies
+ * in a plane of voxels sees the voxels of that plane alone, whichever cell beside it is visited: the others of the cell are
+ * replaced by them.  In double a place that lies in an edge or a voxel but for rounding lies there, and a field that is at
+ * an isosurface's value in that voxel alone is met; in float such rays are given up where it matters (blur_tmpl.h).
  *
  * PARAMETERS  VOL_DOUBLE
  * PROVIDES    CellPlace; of the contract in traversal.h: what concerns cells */
@@ -10,11 +13,11 @@
 
 #include "trace/grid_rays_tmpl.h"
 #include "trace/traversal.h"
-#include "trace/trilinear_tmpl.h"
 
 typedef struct CellPlace {
     reals p[3], step[3]; /* local entry point, and from it to the exit */
     ints offset;         /* of the cell's first corner among the brick's voxels */
+    ints faces;          /* that it is left through, a bit for each axis; times 8, those that it is entered through */
 } CellPlace;
 
 /* In double soft surfaces too are judged by ends on which neighbouring cells agree: beside a value of 1e30 what rounding
@@ -50,12 +53,15 @@ ALWAYS_INLINE void begin_cells(Traversal *w, unsigned i, const BrickSpan *span, 
     local_axes next = (at + local_select(up, local_all(1), zero) - e) * inv;
     local_mask never = ~(up | down) | (local_mask)(at == last);
     next = local_select(never, local_all(INFINITY), next);
+    axes whole = (span->e + axes_all(0x1.8p52)) - axes_all(0x1.8p52);
+    local_mask through = (local_mask)(at + local_select(down, local_all(1), zero) == e) & (up | down);
+    through &= (local_mask)(__builtin_convertvector(whole - span->e, local_axes) == zero);
     for (int a = 0; a < 3; a++) {
         w->e[a][i] = e[a];
         w->at[a][i] = at[a];
         w->last[a][i] = last[a];
         w->next[a][i] = single ? INFINITY : next[a];
-        w->entered[a][i] = 0;
+        w->entered[a][i] = (lane_int)through[a];
         w->exit_axes[a][i] = (lane_int)span->exit_axes[a];
     }
 }
@@ -92,14 +98,42 @@ ALWAYS_INLINE void pass_cells(Traversal *w, ints mask, reals u1, ints inside)
     w->in_stretch &= ~(mask & ~inside);
 }
 
+/* Places within cells, in [0, 1]: what lies in a plane of voxels but for rounding lies in it.  In float that is not so:
+ * where it matters, blur_tmpl.h gives rays up. */
+ALWAYS_INLINE reals settled_in_planes(const Traversal *w, reals x)
+{
+#ifdef VOL_DOUBLE
+    x = reals_where((ints)(x > w->blur), x);
+    x = reals_select((ints)(1 - x > w->blur), x, reals_all(1));
+#else
+    (void)w;
+#endif
+    return x;
+}
+
+/* Where a ray meets two planes in an edge, rounding may leave a cell between them, in which v has no turns. */
+ALWAYS_INLINE void straighten_slivers(const Traversal *w, ints mask, const CellPlace *cell, Cubic *v)
+{
+#ifdef VOL_DOUBLE
+    reals longest = reals_max(reals_max(reals_abs(cell->step[0]), reals_abs(cell->step[1])), reals_abs(cell->step[2]));
+    ints slivers = mask & (ints)(longest <= w->blur);
+    if (any(slivers))
+        cubic_replace(v, slivers, &(Cubic){.a0 = v->a0});
+#else
+    (void)w, (void)mask, (void)cell, (void)v;
+#endif
+}
+
 /* The field at cells' ends, kept within the corners of the faces that the ends lie on. */
-MAYBE_UNUSED static void judge_ends(Traversal *w, ints mask, const reals corners[8], const CellPlace *cell, reals u1,
-                                    ints inside, reals *entry, reals *exit)
+MAYBE_UNUSED static void judge_ends(Traversal *w, ints mask, const reals corners[8], CellPlace *cell, reals u1, ints inside,
+                                    reals *entry, reals *exit)
 {
     reals there[3];
+    cell->faces = (ints){0};
     for (int a = 0; a < 3; a++) {
         ints at_face = ints_select(inside, (ints)(w->next[a] <= u1), w->exit_axes[a]);
-        there[a] = reals_select(at_face, w->upper[a], reals_clamp(cell->p[a] + cell->step[a], 0, 1));
+        cell->faces |= (at_face & 1 << a) | (w->entered[a] & 8 << a);
+        there[a] = reals_select(at_face, w->upper[a], settled_in_planes(w, reals_clamp(cell->p[a] + cell->step[a], 0, 1)));
     }
     *exit = judge_at(corners, there);
     *entry = w->carry;
@@ -126,9 +160,11 @@ ALWAYS_INLINE ints traversal_next_cells(Traversal *w, const RayPacket *l, ints m
     reals first = reals_fma(reals_fma(w->at[0], reals_all(9), w->at[1]), reals_all(9), w->at[2]);
     place->offset = __builtin_convertvector(first, ints);
     load_corners_of(w->values, place->offset, corners);
-    Cubic v = expand_cell(corners, place->p, place->step);
     if (any(w->invalid))
         met &= ~w->invalid | all_finite(corners);
+    if (__builtin_expect(w->some_in_plane, 0))
+        collapse_in_planes(w, corners, place->p);
+    Cubic v = expand_cell(corners, place->p, place->step);
     cubic_range(&v, &lo, &hi);
     reals entry = v.a0, exit = cubic_at(&v, one);
     out->least = lo, out->most = hi;
@@ -140,7 +176,9 @@ ALWAYS_INLINE ints traversal_next_cells(Traversal *w, const RayPacket *l, ints m
         exit = reals_min(reals_max(exit, out->least), out->most);
     }
     if (features & FEATURE_ISO || judges_ends(features)) {
+        out->begins = met & ~w->carried;
         judge_ends(w, met, corners, place, u1, inside, &entry, &exit);
+        straighten_slivers(w, met, place, &v);
         lo = reals_min(lo, reals_min(entry, exit));
         hi = reals_max(hi, reals_max(entry, exit));
         w->carried &= met | ~ahead;
@@ -157,14 +195,66 @@ ALWAYS_INLINE ints traversal_next_cells(Traversal *w, const RayPacket *l, ints m
 
 ALWAYS_INLINE void traversal_keep_cells(CellPlace *kept, ints mask, const CellPlace *from, unsigned features)
 {
-    if (!(features & FEATURE_SHADED))
+    if (!(features & (FEATURE_SHADED | FEATURE_ISO)))
         return;
+    if (features & FEATURE_ISO)
+        kept->faces = ints_select(mask, from->faces, kept->faces);
     for (int a = 0; a < 3; a++) {
         kept->p[a] = reals_select(mask, from->p[a], kept->p[a]);
         kept->step[a] = reals_select(mask, from->step[a], kept->step[a]);
     }
     kept->offset = ints_select(mask, from->offset, kept->offset);
 }
+
+#ifndef VOL_DOUBLE
+
+/* Places in a cell are known to about 32 u of its side: u = 2^-24, from the brick's entry it is up to 8 sides long. */
+#define PLACE_BLUR ((real)0x1p-18)
+
+/* Whether a place x in the cell lies in the planes `in_face`, one at the most, and so far from all others, as it would in
+ * double.  The flatter a ray meets a plane, the less is known of where. */
+ALWAYS_INLINE ints place_is_sure(const Traversal *w, const CellPlace *cell, const reals x[3], const ints in_face[3])
+{
+    reals across = reals_all(0);
+    ints faces = {0}, away = ints_all(-1);
+    for (int a = 0; a < 3; a++) {
+        across += reals_where(in_face[a], reals_abs(cell->step[a]));
+        faces -= in_face[a];
+    }
+    across = reals_select((ints)(faces == 0), reals_all(1), across);
+    for (int a = 0; a < 3; a++) {
+        reals blur = PLACE_BLUR * (across + reals_abs(cell->step[a])), room = reals_min(x[a], 1 - x[a]) * across;
+        away &= in_face[a] | w->in_plane[a] | (ints)(room > blur);
+    }
+    return away & (ints)(faces <= 1);
+}
+
+MAYBE_UNUSED static void traversal_sure_range(const Traversal *w, const RayPacket *l, const CellPlace *cell, reals s,
+                                              ints mask, reals *lo, reals *hi)
+{
+    reals corners[8], x[3], least, most, none = reals_all(INFINITY);
+    ints faces = ints_select((ints)(s == 0), cell->faces >> 3, cell->faces & (ints)(s == 1)), in_face[3];
+    (void)l;
+    for (int a = 0; a < 3; a++) {
+        x[a] = reals_fma(s, cell->step[a], cell->p[a]);
+        in_face[a] = (ints)((faces & 1 << a) != 0);
+    }
+    ints sure = place_is_sure(w, cell, x, in_face), narrow = mask & sure & (ints)((faces & 7) != 0) & (ints)(*lo < *hi);
+    if (any(narrow)) {
+        load_corners_of(w->values, cell->offset & mask, corners);
+        if (w->some_in_plane)
+            collapse_in_planes(w, corners, cell->p);
+        for (int a = 0; a < 3; a++)
+            collapse_cell(corners, a, in_face[a], (ints)(x[a] > (real)0.5));
+        range_of_corners(corners, &least, &most);
+        *lo = reals_select(narrow, least, *lo);
+        *hi = reals_select(narrow, most, *hi);
+    }
+    *lo = reals_select(sure, *lo, -none);
+    *hi = reals_select(sure, *hi, none);
+}
+
+#endif
 
 /* The gradient is trilinear in the cell as the field is: a cubic along the ray, per component. */
 static inline void traversal_gradients(Traversal *w, const RayPacket *l, const CellPlace *cell, ints mask, Cubic out[3])

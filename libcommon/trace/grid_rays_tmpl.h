@@ -8,6 +8,7 @@
 #include "trace/bricks_tmpl.h"
 #include "trace/packet_tmpl.h"
 #include "trace/packet_walk_tmpl.h"
+#include "trace/trilinear_tmpl.h"
 
 typedef struct Traversal {
     Walk walk[LANES];             /* of rays on their own way */
@@ -15,6 +16,8 @@ typedef struct Traversal {
     bool together;
     reals d[3], inv[3];           /* index space per world unit */
     axes domain_min, domain_max, cell_min, cell_max; /* the grid's */
+    ints in_plane[3];             /* the ray lies in a plane of voxels across the axis */
+    bool some_in_plane;
 
     /* The brick that a lane is in. */
     Stretches in;
@@ -36,6 +39,7 @@ typedef struct Traversal {
     ints exit_axes[3];            /* the brick is left across that axis */
 
     /* The field at cells' ends as neighbours agree on it: at the last one's exit. */
+    reals blur;                   /* how far rounding may have taken a ray from a plane, in cells */
     ints carried;
     reals carry;
     double carry_t[LANES];
@@ -54,6 +58,17 @@ static inline void brick_origin(const Traversal *w, unsigned i, int32_t origin[3
         origin[a] = (int32_t)w->in.origin[a][i];
 }
 
+/* How far rounding may have taken the ray from planes of voxels, however great the coordinates. */
+static inline double ray_blur(const VolGrid *grid, const IndexRay *ray)
+{
+    double most = 0;
+    for (int a = 0; a < 3; a++) {
+        most = fmax(most, coordinate_blur(ray, a, grid->domain_min[a]));
+        most = fmax(most, coordinate_blur(ray, a, grid->domain_max[a]));
+    }
+    return fmin(most + 0x1p-48, 0x1p-20);
+}
+
 static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wait)
 {
     CLEAR_FROM(w, together);
@@ -68,9 +83,12 @@ static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wa
         walk_begin(walk, l->scene->volume.grid, &l->prepared->space, &l->rays[i < l->count ? i : 0]);
         w->values[i] = w->gradients[i] = scratch_zeros(l->scratch);
         w->carry_t[i] = NAN;
+        w->blur[i] = (real)ray_blur(l->scene->volume.grid, &walk->ray);
         for (int a = 0; a < 3; a++) {
             w->d[a][i] = (real)walk->d[a];
             w->inv[a][i] = walk->d[a] == 0 ? 0 : 1 / (real)walk->d[a];
+            w->in_plane[a][i] = lies_in_plane(&walk->ray, a) ? -1 : 0;
+            w->some_in_plane = w->some_in_plane || lies_in_plane(&walk->ray, a);
         }
     }
     if (may_wait) {
@@ -82,6 +100,13 @@ static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wa
         w->sign[a] = reals_select(up, reals_all(1), reals_all(-1));
         w->upper[a] = reals_select(up, reals_all(1), reals_all(0));
     }
+}
+
+/* Cells under rays that lie in faces of theirs: p within the cell, at 0 or 1 there but for rounding. */
+MAYBE_UNUSED static void collapse_in_planes(const Traversal *w, reals corners[8], const reals p[3])
+{
+    for (int a = 0; a < 3; a++)
+        collapse_cell(corners, a, w->in_plane[a], (ints)(p[a] > (real)0.5));
 }
 
 static inline bool float_is_enough(const VolPrepared *prepared, uint32_t brick)

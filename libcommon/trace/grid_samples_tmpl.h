@@ -4,13 +4,14 @@
  * ray, the brick and the run's first sample alone, then moved by rounding errors until both ends of the run lie inside the
  * brick: p runs monotonically, so that no sample needs to be kept inside afterwards.
  *
+ * What a ray sees that lies in a plane of voxels is interpolated within that plane alone.
+ *
  * PARAMETERS  VOL_DOUBLE
  * PROVIDES    SamplePlaces, Place; of the contract in traversal.h: what concerns samples and places */
 #ifndef VOL_TRACE_GRID_SAMPLES_TMPL_H
 #define VOL_TRACE_GRID_SAMPLES_TMPL_H
 
 #include "trace/grid_rays_tmpl.h"
-#include "trace/trilinear_tmpl.h"
 
 typedef struct SamplePlaces {
     ints offset;   /* of the cell's first corner among the brick's voxels */
@@ -143,6 +144,8 @@ ALWAYS_INLINE reals traversal_samples(const Traversal *w, const RayPacket *l, re
     *valid = mask;
     if (__builtin_expect(any(w->invalid & mask), 0))
         *valid &= ~w->invalid | all_finite(corners);
+    if (__builtin_expect(w->some_in_plane, 0))
+        collapse_in_planes(w, corners, at->f);
     reals v = interpolate_cell(corners, at->f), least = w->lo, most = w->hi;
     /* Never beyond what the brick was judged by; nor beyond the cell's corners, where less than that can be seen. */
     if (bounded) {
@@ -162,6 +165,8 @@ static inline void traversal_sample_gradients(Traversal *w, const RayPacket *l, 
     need_gradients(w, l, mask);
     for (int a = 0; a < 3; a++) {
         load_corners_of(w->gradients, offset + a * VOL_BRICK_STRIDE, corners);
+        if (__builtin_expect(w->some_in_plane, 0))
+            collapse_in_planes(w, corners, at->f);
         g[a] = reals_select(mask, interpolate_cell(corners, at->f), reals_all(0));
     }
     world_gradients(&l->scene->volume.grid->world_to_index, g, out);
@@ -175,9 +180,13 @@ typedef struct Place {
     bool is_end; /* of the ray */
     uint32_t brick;
     int32_t origin[3];
-    int offset;
+    int offset;    /* of the cell's first corner among the brick's voxels */
+    int face;      /* from there to that of the face, edge or corner that the ray lies in; 0: in none, or the first */
+    int step[3];   /* from that to the others; 0 across such a face */
     real f[3];
 } Place;
+
+static const int voxel_step[3] = {VOL_BRICK_SIDE * VOL_BRICK_SIDE, VOL_BRICK_SIDE, 1};
 
 static inline void traversal_find(const Traversal *w, const RayPacket *l, unsigned i, double t, Place *out, double *t0,
                                   double *t1)
@@ -203,14 +212,17 @@ static inline void traversal_find(const Traversal *w, const RayPacket *l, unsign
     out->brick = vol_grid_brick_number(grid, at[0], at[1], at[2]);
 }
 
-static inline void set_cell(Place *place, const real p[3])
+static inline void set_cell(const IndexRay *ray, Place *place, const real p[3])
 {
-    int cell[3];
+    place->offset = place->face = 0;
     for (int a = 0; a < 3; a++) {
-        cell[a] = (int)p[a];
-        place->f[a] = p[a] - (real)cell[a];
+        int cell = (int)p[a];
+        bool in_plane = lies_in_plane(ray, a);
+        place->f[a] = p[a] - (real)cell;
+        place->offset += cell * voxel_step[a];
+        place->face += in_plane && place->f[a] > (real)0.5 ? voxel_step[a] : 0;
+        place->step[a] = in_plane ? 0 : voxel_step[a];
     }
-    place->offset = (cell[0] * 9 + cell[1]) * 9 + cell[2];
 }
 
 static inline void traversal_place_in_run(const Traversal *w, const RayPacket *l, unsigned i, double first_t, real last,
@@ -220,7 +232,7 @@ static inline void traversal_place_in_run(const Traversal *w, const RayPacket *l
     place_run(w, l, i, out->origin, first_t, last, e);
     for (int a = 0; a < 3; a++)
         p[a] = real_fma(j, w->step[a][i], e[a]);
-    set_cell(out, p);
+    set_cell(&w->walk[i].ray, out, p);
 }
 
 static inline void traversal_place_at(const Traversal *w, const RayPacket *l, unsigned i, Place *out)
@@ -231,44 +243,36 @@ static inline void traversal_place_at(const Traversal *w, const RayPacket *l, un
         double x = fma(out->t, ray->d[a], ray->o[a] - out->origin[a]);
         p[a] = settle_run(l->scene->volume.grid, a, out->origin[a], x, 0, 0);
     }
-    set_cell(out, p);
+    set_cell(ray, out, p);
 }
 
-/* An end of the ray that lies on faces of the domain but for rounding lies on them. */
+/* An end of the ray that lies in planes of voxels but for rounding, as those of the domain's faces, lies in them. */
 static inline void traversal_settle_end(const Traversal *w, const RayPacket *l, unsigned i, Place *place)
 {
-    const VolGrid *grid = l->scene->volume.grid;
     const IndexRay *ray = &w->walk[i].ray;
-    int cell[3];
+    (void)l;
     for (int a = 0; a < 3; a++) {
         double x = fma(place->t, ray->d[a], ray->o[a] - place->origin[a]);
-        double near = 0x1p-48 * (fabs(ray->o[a]) + fabs(x) + 8);
-        double lo = grid->domain_min[a] - place->origin[a], hi = grid->domain_max[a] - place->origin[a];
-        bool far = lo < hi && hi >= 1 && hi <= VOL_BRICK_CELLS, first = lo >= 0 && lo < VOL_BRICK_CELLS;
-        cell[a] = (place->offset / (a == 0 ? 81 : a == 1 ? 9 : 1)) % 9;
-        if (far && (fabs(x - hi) <= near || (real)x == (real)hi)) {
-            cell[a] = (int)hi - 1;
-            place->f[a] = 1;
-        } else if (first && (fabs(x - lo) <= near || (real)x == (real)lo)) {
-            cell[a] = (int)lo;
-            place->f[a] = 0;
-        }
+        double plane = floor(x + 0.5), cell = (place->offset / voxel_step[a]) % VOL_BRICK_SIDE;
+        if (fabs(x - plane) <= coordinate_blur(ray, a, plane + place->origin[a]))
+            x = plane;
+        place->f[a] = real_clamp((real)(x - cell), 0, 1);
     }
     place->is_end = true;
-    place->offset = (cell[0] * 9 + cell[1]) * 9 + cell[2];
 }
 
 /* As interpolate_cell, for one; and the range of the corners. */
 static inline real interpolate_place(const real *voxels, const Place *place, bool *finite, real *least, real *most)
 {
-    static const int row[4] = {0, 9, 81, 90};
-    const real *at = voxels + place->offset, *f = place->f;
+    static const int cell[4] = {0, VOL_BRICK_SIDE, VOL_BRICK_SIDE * VOL_BRICK_SIDE, (VOL_BRICK_SIDE + 1) * VOL_BRICK_SIDE};
+    const real *first = voxels + place->offset, *at = first + place->face, *f = place->f;
+    const int x = place->step[0], y = place->step[1], row[4] = {0, y, x, x + y};
     real z[4], sum = 0;
     *least = *most = at[0];
     for (int r = 0; r < 4; r++) {
-        real a = at[row[r]], b = at[row[r] + 1];
+        real a = at[row[r]], b = at[row[r] + place->step[2]];
         z[r] = real_fma(f[2], b - a, a);
-        sum += a * 0 + b * 0;
+        sum += first[cell[r]] * 0 + first[cell[r] + 1] * 0;
         *least = real_min(*least, real_min(a, b));
         *most = real_max(*most, real_max(a, b));
     }
@@ -280,11 +284,12 @@ static inline real interpolate_place(const real *voxels, const Place *place, boo
 /* The field there, of nothing but the corners that carry weight. */
 static inline real judge_place(const real *voxels, const Place *place)
 {
-    const real *at = voxels + place->offset, *f = place->f;
+    const real *at = voxels + place->offset + place->face, *f = place->f;
     real v = 0, least = INFINITY, most = -INFINITY;
     for (int n = 0; n < 8; n++) {
         real x = n >> 2 ? f[0] : 1 - f[0], y = n >> 1 & 1 ? f[1] : 1 - f[1], z = n & 1 ? f[2] : 1 - f[2];
-        real weight = x * y * z, corner = at[(n >> 2) * 81 + (n >> 1 & 1) * 9 + (n & 1)];
+        real weight = x * y * z;
+        real corner = at[(n >> 2) * place->step[0] + (n >> 1 & 1) * place->step[1] + (n & 1) * place->step[2]];
         if (weight == 0)
             continue;
         v = real_fma(weight, corner, v);

@@ -9,6 +9,7 @@
 
 typedef struct IndexRay {
     double o[3], d[3], inv[3]; /* per world unit of t; inv: 1 / d, or 0 */
+    double near[3];            /* places this close to each other rounding may have set apart: see coordinate_blur */
 } IndexRay;
 
 /* Where the ray runs along a plane of voxels and lies in it but for rounding, it lies in it: else what is said of the plane
@@ -18,16 +19,26 @@ static inline IndexRay index_ray(const VolAffine *world_to_index, const VolRay *
     const double(*m)[3] = world_to_index->m;
     VolVec3 o = vol_apply(world_to_index, ray->origin);
     VolVec3 d = vol_apply_linear(world_to_index, ray->direction);
-    IndexRay out = {{o.x, o.y, o.z}, {d.x, d.y, d.z}, {0}};
+    IndexRay out = {.o = {o.x, o.y, o.z}, .d = {d.x, d.y, d.z}};
     for (int a = 0; a < 3; a++) {
+        double turn = fabs(ray->direction.x * m[0][a]) + fabs(ray->direction.y * m[1][a]) + fabs(ray->direction.z * m[2][a]);
         double terms = fabs(ray->origin.x * m[0][a]) + fabs(ray->origin.y * m[1][a]) + fabs(ray->origin.z * m[2][a]);
         double plane = floor(out.o[a] + 0.5);
-        if (out.d[a] == 0 && fabs(out.o[a] - plane) <= 0x1p-47 * (terms + fabs(m[3][a])))
+        out.near[a] = 0x1p-47 * (terms + fabs(m[3][a]));
+        if (fabs(out.d[a]) <= 0x1p-50 * turn)
+            out.d[a] = 0;
+        if (out.d[a] == 0 && fabs(out.o[a] - plane) <= out.near[a])
             out.o[a] = plane;
         out.inv[a] = out.d[a] == 0 ? 0 : 1 / out.d[a];
     }
     return out;
 }
+
+/* Whether the ray lies in a plane of voxels across axis a. */
+static inline bool lies_in_plane(const IndexRay *ray, int a) { return ray->d[a] == 0 && ray->o[a] == floor(ray->o[a]); }
+
+/* How far rounding may have taken the ray's coordinate x, or one near it. */
+static inline double coordinate_blur(const IndexRay *ray, int a, double x) { return ray->near[a] + 0x1p-50 * fabs(x); }
 
 /* Where the ray meets a plane across axis a: the one formula that all times of planes come from. */
 static inline double plane_time(const IndexRay *ray, int a, double plane) { return (plane - ray->o[a]) * ray->inv[a]; }
@@ -47,23 +58,6 @@ static inline void cut_to_visible(const IndexRay *ray, const VolEmptySpace *spac
             *end = -INFINITY;
         }
     }
-}
-
-static inline double within_brick(double e)
-{
-    e = e > 0 ? e : 0;
-    return e < VOL_BRICK_CELLS ? e : VOL_BRICK_CELLS;
-}
-
-/* The domain's face that the ray comes from. */
-static inline double first_face(const VolGrid *grid, const IndexRay *ray, int a)
-{
-    return ray->d[a] > 0 ? grid->domain_min[a] : grid->domain_max[a];
-}
-
-static inline bool begins_on_face(const VolGrid *grid, const IndexRay *ray, int a, double t)
-{
-    return ray->d[a] != 0 && plane_time(ray, a, first_face(grid, ray, a)) == t;
 }
 
 /* Where the ray leaves the domain across axis a, if through a face of cells (not in the middle of the only voxel along that

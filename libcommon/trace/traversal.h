@@ -26,6 +26,9 @@
  *     ints traversal_next_cells(w, l, mask, bounded, features, Cell *out, CellPlace *at)
  *                                                        the next cell of each lane; those that have one
  *     void traversal_keep_cells(CellPlace *kept, mask, const CellPlace *from, features)
+ *     void traversal_sure_range(w, l, const CellPlace *at, s, mask, reals *lo, reals *hi)
+ *                                                        in float: what v at s surely lies between, though the ray's
+ *                                                        place is rounded; at first, in *lo and *hi, the cell's
  *     void traversal_gradients(w, l, const CellPlace *at, mask, Cubic out[3])
  *                                                        world space, per world unit, along the cell as the field is
  *
@@ -61,6 +64,7 @@ typedef struct Cell {
     reals lo, hi;       /* enclose v */
     reals least, most;  /* where bounded: what v never leaves, exactly */
     reals entry, exit;  /* v at the ends; in kernels with isosurfaces neighbours agree on it */
+    ints begins;        /* there: no neighbour has judged the entry */
 } Cell;
 
 #endif

@@ -8,7 +8,7 @@
  * Corner n has x = n>>2, y = n>>1&1, z = n&1.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    expand_cell(), interpolate_cell(), range_of_corners(), judge_at(), all_finite() */
+ * PROVIDES    expand_cell(), interpolate_cell(), collapse_cell(), range_of_corners(), judge_at(), all_finite() */
 #ifndef VOL_TRACE_TRILINEAR_TMPL_H
 #define VOL_TRACE_TRILINEAR_TMPL_H
 
@@ -33,6 +33,20 @@ ALWAYS_INLINE Cubic expand_cell(const reals c[8], const reals p[3], const reals 
     v.a2 = reals_fma(B1, x1, reals_fma(B2, x0, A2));
     v.a3 = B2 * x1;
     return v;
+}
+
+/* For rays of `mask`, which lie in a face across axis a, the one at 1 where `high`: that face's corners stand for both, and
+ * nothing else has any part in what the rays see. */
+ALWAYS_INLINE void collapse_cell(reals c[8], int a, ints mask, ints high)
+{
+    const int across = 4 >> a;
+    for (int n = 0; n < 8; n++) {
+        if (n & across)
+            continue;
+        reals face = reals_select(high, c[n + across], c[n]);
+        c[n] = reals_select(mask, face, c[n]);
+        c[n + across] = reals_select(mask, face, c[n + across]);
+    }
 }
 
 /* As reals_mix, but exactly b at t = 1, and not exactly a where b = a. */

@@ -11,15 +11,13 @@
 #include "trace/index_ray.h"
 
 typedef struct Walk {
-    axes o, d, inv;       /* the ray in index space: see IndexRay */
+    axes o, d, inv, near; /* the ray in index space: see IndexRay */
     axes at;              /* brick coordinates, whole numbers */
     axes ahead;           /* t of the plane where the ray leaves brick `at` across each axis; INFINITY: never */
     axes step;            /* 1, -1, or 0 where the ray runs along the planes */
     axes leave;           /* the side of a brick that it leaves by: 8 or 0 */
     axes last_face;       /* t where it leaves the domain, through a face of cells; else NAN */
-    axes_mask through;    /* `t` lies on the entry plane of brick `at` across that axis */
     double t, end;
-    double start;         /* of the ray itself */
     uint64_t blocks;      /* passed over, invisible, and not yet counted */
     IndexRay ray;
     BrickFinder finder;
@@ -51,20 +49,19 @@ static inline void walk_locate(Walk *w)
     for (int a = 0; a < 3; a++)
         w->at[a] = brick_at_time(&w->ray, a, w->t, space->visible_min[a], space->visible_max[a]);
     w->ahead = walk_leaves(w, w->at, w->at);
-    axes entry = plane_times(w, w->at * VOL_BRICK_CELLS + (VOL_BRICK_CELLS - w->leave));
-    w->through = (axes_mask)(entry == w->t) & ~(axes_mask)(w->d == 0);
 }
 
 static inline void walk_begin(Walk *w, const VolGrid *grid, const VolEmptySpace *space, const VolRay *world)
 {
     IndexRay ray = w->ray = index_ray(&grid->world_to_index, world);
     finder_begin(&w->finder, grid, space);
-    w->t = w->start = world->t0;
+    w->t = world->t0;
     w->end = world->t1;
     w->blocks = 0;
     w->o = axes_of(ray.o[0], ray.o[1], ray.o[2]);
     w->d = axes_of(ray.d[0], ray.d[1], ray.d[2]);
     w->inv = axes_of(ray.inv[0], ray.inv[1], ray.inv[2]);
+    w->near = axes_of(ray.near[0], ray.near[1], ray.near[2]);
     for (int a = 0; a < 3; a++) {
         w->step[a] = (ray.d[a] > 0) - (ray.d[a] < 0);
         w->leave[a] = ray.d[a] > 0 ? VOL_BRICK_CELLS : 0;
@@ -79,7 +76,6 @@ static inline void walk_begin(Walk *w, const VolGrid *grid, const VolEmptySpace 
 ALWAYS_INLINE void walk_step(Walk *w, double t)
 {
     axes_mask crossed = (axes_mask)(w->ahead <= t);
-    w->through = (axes_mask)(w->ahead == t);
     w->at += (axes)((axes_mask)w->step & crossed);
     w->ahead = axes_select(crossed, plane_times(w, w->at * VOL_BRICK_CELLS + w->leave), w->ahead);
     w->t = t;
@@ -87,21 +83,14 @@ ALWAYS_INLINE void walk_step(Walk *w, double t)
 
 ALWAYS_INLINE axes axes_within_brick(axes e) { return axes_min(axes_max(e, axes_all(0)), axes_all(VOL_BRICK_CELLS)); }
 
-/* A ray that begins on the domain's own plane. */
-static inline void begin_on_faces(const Walk *w, BrickSpan *span)
-{
-    for (int a = 0; a < 3; a++)
-        if (!w->through[a] && begins_on_face(w->finder.grid, &w->ray, a, w->t))
-            span->e[a] = within_brick(first_face(w->finder.grid, &w->ray, a) - span->origin[a]);
-}
-
-/* Where the ray enters the brick.  On a brick's or the domain's own plane the coordinate is known exactly. */
+/* Where the ray enters the brick: in a plane of voxels where it may be there but for rounding, as it is in the planes of
+ * the brick and the domain that it enters through, and with them in those that it meets in the same edges and corners. */
 ALWAYS_INLINE void walk_entry(const Walk *w, BrickSpan *span)
 {
-    axes e = axes_within_brick(axes_fma(axes_all(w->t), w->d, w->o - span->origin));
-    span->e = axes_select(w->through, VOL_BRICK_CELLS - w->leave, e);
-    if (w->t == w->start)
-        begin_on_faces(w, span);
+    const axes to_whole = axes_all(0x1.8p52);
+    axes e = axes_fma(axes_all(w->t), w->d, w->o - span->origin), plane = (e + to_whole) - to_whole, off = e - plane;
+    axes blur = w->near + 0x1p-50 * axes_max(plane + span->origin, -(plane + span->origin));
+    span->e = axes_within_brick(axes_select((axes_mask)(axes_max(off, -off) <= blur), plane, e));
 }
 
 /* `ahead`: where the planes are that the stretch may end at. */

@@ -35,4 +35,24 @@ for e in exact direct integrals full; do
     done
 done
 
+# Values 0 and 1 at random, and the isosurface at either: rays in planes and along rows of voxels, and from an eye in a plane.
+awk 'BEGIN {
+    printf "NRRD0004\ntype: float\ndimension: 3\nsizes: 9 9 9\nencoding: ascii\n\n"
+    for (i = 0; i < 729; i++) { x = (i * 7919 + int(i / 9) * 104729) % 1009; print x % 2 }
+}' >b.nrrd
+must vol-import -q -f --no-history -o b.vdb b.nrrd
+see() { vol-render -q -f --no-history -t iso.json --size 16x16 --eye "$view" --look-at 4,4,4 "$@" b.vdb; }
+for value in 0 1; do
+    echo '{"pellucid": "transfer-function/1", "isosurfaces": [{"value": '$value', "opacity": 0.3}], "model": "unshaded"}' >iso.json
+    for view in 4,4,20 20,4,4 4,4.001,-9 12,4,12 -1,4,4; do
+        for kind in '--ortho 8' '--ortho 4' '--fov 40'; do
+            # shellcheck disable=SC2086
+            must see $kind -o a.exr
+            # shellcheck disable=SC2086
+            must see $kind --precise -o b.exr
+            check "at $value from $view, $kind: float as double" vol-diff --max 1e-5 b.exr a.exr
+        done
+    done
+done
+
 finish

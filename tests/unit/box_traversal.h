@@ -52,6 +52,7 @@ CONTRACT ints traversal_next_cells(Traversal *w, RayPacket *l, ints mask, bool b
     return mask;
 }
 CONTRACT void traversal_keep_cells(CellPlace *kept, ints mask, const CellPlace *from, unsigned f) {}
+CONTRACT void traversal_sure_range(WAY, const CellPlace *at, reals s, ints mask, reals *lo, reals *hi) {}
 CONTRACT void traversal_gradients(WAY, const CellPlace *at, ints mask, Cubic out[3]) { memset(out, 0, 3 * sizeof *out); }
 
 CONTRACT void traversal_set_step(WAY, double h) {}
