@@ -75,7 +75,7 @@ static VolStatus read_number(const Parser *p, const json_t *value, const char *w
     double x = json_number_value(value);
     if (!isfinite(x))
         return fault(p, "%s is not finite", what);
-    if (x < min && max == INFINITY)
+    if (x < min && max >= BRIGHTEST) /* no end that anybody meets */
         return fault(p, "%s %.9g is less than %g", what, x, min);
     if (!(x >= min && x <= max))
         return fault(p, "%s %.9g lies outside [%g, %g]", what, x, min, max);

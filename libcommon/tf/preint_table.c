@@ -77,21 +77,16 @@ static VolStatus allocate_table(const VolPreint *tables, VolPreintTable *table, 
     return VOL_OK;
 }
 
-/* Whether a number at a share u of the way from a to b is far from the line between them. */
-static bool bends_off(double a, double b, double u, double at)
-{
-    return fabs(at - (a + u * (b - a))) > fmax(fmax(a, b), at) / 16;
-}
+static bool differ(double a, double b) { return fabs(a - b) > fmax(a, b) / 16; }
 
-static bool is_off(const VolTfSample *a, const VolTfSample *b, double u, const VolTfSample *at)
+/* Whether something begins or ends at once between two samples at one value. */
+static bool jumps(const VolTfSample *a, const VolTfSample *b)
 {
-    bool off = bends_off(a->surface, b->surface, u, at->surface);
+    bool any = differ(a->surface, b->surface);
     for (int c = 0; c < 3; c++)
-        off = off || bends_off(a->particle[c], b->particle[c], u, at->particle[c]) ||
-              bends_off(a->source[c], b->source[c], u, at->source[c]) ||
-              bends_off(a->surface * a->surface_color[c], b->surface * b->surface_color[c], u,
-                        at->surface * at->surface_color[c]);
-    return off;
+        any = any || differ(a->particle[c], b->particle[c]) || differ(a->source[c], b->source[c]) ||
+              differ(a->surface * a->surface_color[c], b->surface * b->surface_color[c]);
+    return any;
 }
 
 /* Whether what attenuates runs to 0 at the sample while something still shines: opacity goes to 0 there, the colour that
@@ -104,23 +99,17 @@ static bool runs_out(const VolTfSample *at, const VolTfSample *beyond)
     return any;
 }
 
-/* Whether properties jump or bend at a knot in (v0, v1] so that what lies between the ends of a bin is not between what they
- * show. */
+/* Whether properties break at a knot in (v0, v1]: there what lies between a bin's ends is not between what they show. */
 static bool breaks_between(const VolTfCompiled *tf, double v0, double v1)
 {
-    VolTfSample first, last;
-    vol_tf_sample(tf, v0, &first);
-    vol_tf_sample(tf, v1, &last);
     for (size_t i = vol_tf_interval(tf, v0); i < tf->knot_count && tf->knots[i] <= v1; i++) {
         const VolTfInterval *below = &tf->intervals[i], *above = below + 1;
         VolTfSample left, right, low, high;
-        double u = (tf->knots[i] - v0) / (v1 - v0);
         vol_tf_sample_within(below, tf->knots[i], &left);
         vol_tf_sample_within(above, tf->knots[i], &right);
         vol_tf_sample_within(below, fmax(below->v0, v0), &low);
         vol_tf_sample_within(above, fmin(above->v1, v1), &high);
-        if (u > 0 && (is_off(&first, &last, u, &left) || is_off(&first, &last, u, &right) || runs_out(&left, &low) ||
-                      runs_out(&right, &high)))
+        if (tf->knots[i] > v0 && (jumps(&left, &right) || runs_out(&left, &low) || runs_out(&right, &high)))
             return true;
     }
     return false;

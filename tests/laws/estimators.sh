@@ -148,4 +148,23 @@ for estimator in exact full integrals direct; do
         END { print (n == 9 && m == 0 && lit > 0.1) ? worst + 0 : "none" }')
     if [ "$parts" = none ]; then failed "$estimator: parts add up" probe; else small "$estimator: parts add up" 1e-12 "$parts"; fi
 done
+
+# --- labels: plateaus exactly where the colour jumps; emission that goes on where what attenuates has run out ---
+must vol-gen field slabs --param start=-0.8 --param value1=1 --param length1=0.4 --param value2=2 --param length2=0.4 \
+    --param value3=3 --param length3=0.4 --size 33 -o labels.vdb
+tf '"particle_step": 0.5, "model": "unshaded", "scatter": [[0, 0], [1, 0], [1, 0.5, [1, 0, 0]], [2, 0.5, [1, 0, 0]],
+  [2, 0.5, [0, 0, 1]], [3, 0.5, [0, 0, 1]]]' >labels.json
+must vol-render -q -f -t labels.json --size 60x60 --eye 3,2,1 -o exact.exr labels.vdb
+for estimator in full integrals direct; do
+    must vol-render -q -f -t labels.json --size 60x60 --eye 3,2,1 --estimator $estimator --step 0.1v -o steps.exr labels.vdb
+    check "$estimator: labels keep their colours" vol-diff --max 0.02 exact.exr steps.exr
+done
+must vol-gen field ramp --param gx=0 --param gy=0 --param gz=1 --size 33 -o ramp.vdb
+tf '"particle_step": 1, "interpolate": "extinction", "emit": [[0.02, 0], [0.05, 10], [0.08, 10], [0.4, 0]],
+  "scatter": [[0, 0, [0, 0, 0]], [0.05, 1, [0, 0, 0]], [0.1, 0, [0, 0, 0]]]' >runs-out.json
+must vol-render -q -f -t runs-out.json --size 1x1 -o exact.exr ramp.vdb
+for estimator in full integrals direct; do
+    must vol-render -q -f -t runs-out.json --size 1x1 --estimator $estimator --step 0.1v -o steps.exr ramp.vdb
+    check "$estimator: emission where attenuation has run out" vol-diff --max 0.01 exact.exr steps.exr
+done
 finish

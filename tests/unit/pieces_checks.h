@@ -124,10 +124,11 @@ static void pieces_are_what_the_definition_says(void)
         Random r = {seed};
         RandomScene s;
         random_scene(&r, RANDOM_NO_DELTAS, &s);
-        /* Where extinction falls from enormous to 0, float's rounding of the value alone makes more than the tolerance. */
+        /* Where extinction falls from enormous to 0, rounding of the value alone makes more than the tolerance. */
+        double surface = pow(10, random_in(&r, 0, IN_FLOAT ? 1 : 4));
+        double particles = pow(10, random_in(&r, -2, IN_FLOAT ? 0 : 2));
         if (seed % 3)
-            make_denser(&s.compiled, pow(10, random_in(&r, 0, IN_FLOAT ? 1 : 4)),
-                        pow(10, random_in(&r, -2, IN_FLOAT ? 0 : 3)));
+            make_denser(&s.compiled, surface, particles);
         s.scene.preint = NULL;
         if (vol_scene_prepare(&s.scene, &s.prepared, NULL))
             abort();
