@@ -17,11 +17,13 @@ static bool changes_steps(const VolAppearance *appearance, const VolAppearanceSe
            (settings->scalar_step > 0 && settings->scalar_step != appearance->tf.scalar_step);
 }
 
-/* Tables of this volume: only as far from the diagonal as the field can change over a step. */
+/* Tables of this volume: only as far from the diagonal as the field can change over a step.  For coloured attenuation there
+ * are none, integrals alone. */
 static VolStatus make_tables(VolAppearance *appearance, const VolVolume *volume, const VolAppearanceSettings *settings,
                              VolError *err)
 {
-    VolPreintOptions options = {.n = settings->nodes, .step = settings->step, .octaves = 1, .threads = settings->threads,
+    VolPreintOptions options = {.n = settings->nodes, .step = settings->step,
+                                .octaves = appearance->compiled.coloured ? 0 : 1, .threads = settings->threads,
                                 .cpu = settings->cpu, .change = vol_volume_change(volume, settings->step)};
     vol_preint_default_range(&appearance->compiled, &options.lo, &options.hi);
     VolStatus status = vol_preint_build(&appearance->compiled, &options, &appearance->preint, err);

@@ -36,6 +36,7 @@ static VolStatus settle_domain(Loading *loading, const VolVdbGridInfo *info, Vol
     for (int a = 0; a < 3; a++)
         if (source->box_min[a] > source->box_max[a])
             return vol_fail(err, VOL_BAD_INPUT, "vol:domainMin lies beyond vol:domainMax");
+    source->empty = false; /* inactive voxels in a box are voxels like others */
     return VOL_OK;
 }
 

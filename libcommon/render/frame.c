@@ -18,13 +18,22 @@ static void backdrop_at(const VolFrame *frame, int64_t x, int64_t y, double out[
         out[c] = picture ? (double)picture[(y * frame->camera->width + x) * 3 + c] : frame->backdrop.color[c];
 }
 
-/* The largest of a ray's opacities and colours. */
-static double strength(const VolRadiance *got)
+static double larger(double a, double b) { return a > b ? a : b; }
+
+/* The largest colour and optical depth of rays. */
+typedef struct Strongest {
+    double light, optical_depth;
+} Strongest;
+
+static void add_strength(Strongest *most, const VolRadiance *got)
 {
-    double optical_depth = fmax(fmax(got->optical_depth[0], got->optical_depth[1]), got->optical_depth[2]);
-    double light = fmax(fmax(got->color[0], got->color[1]), got->color[2]);
-    return fmax(light, optical_depth > 0 ? -vol_expm1(-optical_depth) : 0);
+    for (int c = 0; c < 3; c++) {
+        most->light = larger(got->color[c], most->light);
+        most->optical_depth = larger(got->optical_depth[c], most->optical_depth);
+    }
 }
+
+static double strength(const Strongest *most) { return larger(most->light, -vol_expm1(-most->optical_depth)); }
 
 /* What a ray brought, added to its pixel's sums. */
 static void add_ray(const VolFrame *frame, const VolRay *ray, const VolRadiance *got, const double behind[3],
@@ -134,6 +143,7 @@ static void render_block(const VolFrame *frame, VolScratch *scratch, Block *bloc
     RayBatch batch = {.frame = frame, .scratch = scratch, .counts = counts};
     double behind[BLOCK_PIXELS][3], depths[BLOCK_PIXELS] = {0};
     int deep[BLOCK_PIXELS] = {0};
+    Strongest strongest = {0};
     for (int p = 0; p < block->count; p++) {
         backdrop_at(frame, block->x[p], block->y[p], behind[p]);
         block->values[p] = (VolPixelValue){0};
@@ -148,9 +158,10 @@ static void render_block(const VolFrame *frame, VolScratch *scratch, Block *bloc
         batch_flush(&batch);
         for (int p = 0; p < block->count; p++) {
             add_ray(frame, &rays[p], &results[p], behind[p], &block->values[p], &depths[p], &deep[p]);
-            counts->strongest = fmax(counts->strongest, strength(&results[p]));
+            add_strength(&strongest, &results[p]);
         }
     }
+    counts->strongest = larger(strength(&strongest), counts->strongest);
     for (int p = 0; p < block->count; p++)
         finish_pixel(frame, &block->values[p], depths[p], deep[p]);
 }

@@ -10,6 +10,10 @@
 #include <stdint.h>
 #include <string.h>
 
+/* Of float: half a unit in the last place of 1; and above this, products of three values stay well within it. */
+#define UNIT_ROUNDOFF 0x1p-24f
+#define LEAST_SAFE 0x1p-40f
+
 #ifdef VOL_DOUBLE
 
 typedef double real;
@@ -100,6 +104,13 @@ static inline real real_at_or_above(double a)
 {
     real r = (real)a;
     return (double)r < a ? -real_below(-r) : r;
+}
+
+/* b > a, where a was rounded to `below`: rounded to the nearest that is still greater. */
+static inline real real_in_order(double a, real below, double b)
+{
+    real r = (real)b;
+    return b > a && !(r > below) ? -real_below(-below) : r;
 }
 
 /* What rounding a to r left out.  (Some compilers take r for a where they turn several of these into vectors.) */

@@ -6,6 +6,7 @@
 #include "tf/tf.h"
 
 #include "tf/json.h"
+#include "tf/limits.h"
 #include "tf/locate.h"
 
 #include <math.h>
@@ -18,9 +19,6 @@
 
 /* Differences of two such values stay finite. */
 #define LARGEST_VALUE 1e300
-
-/* Of colours, strengths and factors of shading: products of three are still numbers in float. */
-#define BRIGHTEST 1e18
 
 typedef struct Parser {
     const char *text; /* without a byte order mark */
@@ -75,7 +73,7 @@ static VolStatus read_number(const Parser *p, const json_t *value, const char *w
     double x = json_number_value(value);
     if (!isfinite(x))
         return fault(p, "%s is not finite", what);
-    if (x < min && max >= BRIGHTEST) /* no end that anybody meets */
+    if (x < min && max >= VOL_BRIGHTEST) /* no end that anybody meets */
         return fault(p, "%s %.9g is less than %g", what, x, min);
     if (!(x >= min && x <= max))
         return fault(p, "%s %.9g lies outside [%g, %g]", what, x, min, max);
@@ -134,17 +132,17 @@ typedef struct NodeForm {
 #define SHAPE(amount) "a node is [value, " amount "] or [value, " amount ", [r, g, b]]"
 #define ANY_VALUE "value", .v_min = -LARGEST_VALUE, .v_max = LARGEST_VALUE
 
-static const NodeForm opacity_form = {ANY_VALUE, .amount_name = "opacity", .amount_max = 1, .color_max = BRIGHTEST,
+static const NodeForm opacity_form = {ANY_VALUE, .amount_name = "opacity", .amount_max = 1, .color_max = VOL_BRIGHTEST,
                                       .color = true, .shape = SHAPE("opacity")};
 static const NodeForm absorb_form = {ANY_VALUE, .amount_name = "density", .amount_max = 1, .color_max = 1,
                                      .color = true, .shape = SHAPE("density")};
-static const NodeForm emit_form = {ANY_VALUE, .amount_name = "strength", .amount_max = BRIGHTEST,
-                                   .color_max = BRIGHTEST, .color = true, .shape = SHAPE("strength")};
+static const NodeForm emit_form = {ANY_VALUE, .amount_name = "strength", .amount_max = VOL_BRIGHTEST,
+                                   .color_max = VOL_BRIGHTEST, .color = true, .shape = SHAPE("strength")};
 static const NodeForm transport_form = {ANY_VALUE, .color_max = 1, .color = true,
                                         .shape = "a node is [value, [r, g, b]]"};
 static const NodeForm surfaceness_form = {ANY_VALUE, .amount_name = "surfaceness", .amount_max = 1,
                                           .shape = "a node is [value, surfaceness]"};
-static const NodeForm phase_form = {.v_name = "cosine", .v_min = -1, .v_max = 1, .color_max = BRIGHTEST,
+static const NodeForm phase_form = {.v_name = "cosine", .v_min = -1, .v_max = 1, .color_max = VOL_BRIGHTEST,
                                     .color = true, .shape = "a node is [cosine, [r, g, b]]"};
 
 static VolStatus read_node(const Parser *p, const json_t *value, const NodeForm *form, VolTfNode *out)
@@ -347,17 +345,17 @@ static VolStatus read_phase(Parser *p, const json_t *value, VolTf *tf)
 
 static VolStatus read_ambient(Parser *p, const json_t *value, VolTf *tf)
 {
-    return read_number(p, value, "ambient", 0, BRIGHTEST, &tf->ambient);
+    return read_number(p, value, "ambient", 0, VOL_BRIGHTEST, &tf->ambient);
 }
 
 static VolStatus read_diffuse(Parser *p, const json_t *value, VolTf *tf)
 {
-    return read_number(p, value, "diffuse", 0, BRIGHTEST, &tf->diffuse);
+    return read_number(p, value, "diffuse", 0, VOL_BRIGHTEST, &tf->diffuse);
 }
 
 static VolStatus read_specular(Parser *p, const json_t *value, VolTf *tf)
 {
-    return read_number(p, value, "specular", 0, BRIGHTEST, &tf->specular);
+    return read_number(p, value, "specular", 0, VOL_BRIGHTEST, &tf->specular);
 }
 
 static VolStatus read_shininess(Parser *p, const json_t *value, VolTf *tf)
@@ -394,7 +392,7 @@ static VolStatus read_isosurface_opacity(Parser *p, const json_t *value, VolTf *
 static VolStatus read_isosurface_color(Parser *p, const json_t *value, VolTf *tf)
 {
     current_isosurface(tf)->color_given = true;
-    return read_color(p, value, BRIGHTEST, current_isosurface(tf)->color);
+    return read_color(p, value, VOL_BRIGHTEST, current_isosurface(tf)->color);
 }
 
 static VolStatus read_isosurface(Parser *p, const json_t *value, VolTf *tf)

@@ -99,14 +99,20 @@ static bool runs_out(const VolTfSample *at, const VolTfSample *beyond)
     return any;
 }
 
+/* The properties on both sides of a knot. */
+static void sample_sides(const VolTfCompiled *tf, size_t knot, VolTfSample *left, VolTfSample *right)
+{
+    vol_tf_sample_within(&tf->intervals[knot], tf->knots[knot], left);
+    vol_tf_sample_within(&tf->intervals[knot + 1], tf->knots[knot], right);
+}
+
 /* Whether properties break at a knot in (v0, v1]: there what lies between a bin's ends is not between what they show. */
 static bool breaks_between(const VolTfCompiled *tf, double v0, double v1)
 {
     for (size_t i = vol_tf_interval(tf, v0); i < tf->knot_count && tf->knots[i] <= v1; i++) {
         const VolTfInterval *below = &tf->intervals[i], *above = below + 1;
         VolTfSample left, right, low, high;
-        vol_tf_sample_within(below, tf->knots[i], &left);
-        vol_tf_sample_within(above, tf->knots[i], &right);
+        sample_sides(tf, i, &left, &right);
         vol_tf_sample_within(below, fmax(below->v0, v0), &low);
         vol_tf_sample_within(above, fmin(above->v1, v1), &high);
         if (tf->knots[i] > v0 && (jumps(&left, &right) || runs_out(&left, &low) || runs_out(&right, &high)))
@@ -115,10 +121,57 @@ static bool breaks_between(const VolTfCompiled *tf, double v0, double v1)
     return false;
 }
 
+/* The largest of each property at knots. */
+static VolTfSample largest_at_knots(const VolTfCompiled *tf)
+{
+    VolTfSample most = {.surface = 0};
+    for (size_t i = 0; i < tf->knot_count; i++) {
+        VolTfSample side[2];
+        sample_sides(tf, i, &side[0], &side[1]);
+        for (int s = 0; s < 2; s++) {
+            most.surface = fmax(most.surface, side[s].surface);
+            for (int c = 0; c < 3; c++) {
+                most.particle[c] = fmax(most.particle[c], side[s].particle[c]);
+                most.source[c] = fmax(most.source[c], side[s].source[c]);
+            }
+        }
+    }
+    return most;
+}
+
+/* Whether a lies farther from the chord, `share` of the way from v to w, than an eighth of the largest. */
+static bool lies_off(double a, double v, double w, double share, double most)
+{
+    return fabs(a - (v + (w - v) * share)) > most / 8;
+}
+
+/* Whether properties bend so sharply at a knot in (v0, v1) that what lies between a bin's ends is far from what they show:
+ * there is a peak, a pit, or the foot or top of a steep slope. */
+static bool bends_between(const VolTfCompiled *tf, double v0, double v1, const VolTfSample *most)
+{
+    VolTfSample low, high;
+    vol_tf_sample(tf, v0, &low);
+    vol_tf_sample(tf, v1, &high);
+    for (size_t i = vol_tf_interval(tf, v0); i < tf->knot_count && tf->knots[i] < v1; i++) {
+        double share = (tf->knots[i] - v0) / (v1 - v0);
+        VolTfSample at, below;
+        sample_sides(tf, i, &below, &at);
+        bool off = lies_off(at.surface, low.surface, high.surface, share, most->surface);
+        for (int c = 0; c < 3; c++)
+            off = off || lies_off(at.particle[c], low.particle[c], high.particle[c], share, most->particle[c]) ||
+                  lies_off(at.source[c], low.source[c], high.source[c], share, most->source[c]);
+        if (off)
+            return true;
+    }
+    return false;
+}
+
 /* Marks the bins in which a surface is so dense that entries at their ends say little of what lies between, and those in
- * which properties break. */
+ * which properties break or bend sharply. */
 static VolStatus mark_dense_bins(VolPreint *tables, VolError *err)
 {
+    const VolTfCompiled *tf = tables->integrals.tf;
+    const VolTfSample most = largest_at_knots(tf);
     tables->dense = vol_alloc_zero(tables->n, 1);
     if (!tables->dense)
         return vol_fail_memory(err, tables->n);
@@ -126,7 +179,8 @@ static VolStatus mark_dense_bins(VolPreint *tables, VolError *err)
         VolTfIntegral bin;
         double v0 = vol_preint_node(tables, i), v1 = vol_preint_node(tables, i + 1);
         vol_tf_integrals_between(&tables->integrals, v0, v1, &bin);
-        tables->dense[i] = bin.surface > VOL_PREINT_DENSE || breaks_between(tables->integrals.tf, v0, v1);
+        tables->dense[i] =
+            bin.surface > VOL_PREINT_DENSE || breaks_between(tf, v0, v1) || bends_between(tf, v0, v1, &most);
     }
     return VOL_OK;
 }

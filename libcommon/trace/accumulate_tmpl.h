@@ -5,8 +5,8 @@
  * near 1 is ever formed.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    Accumulator, Light, add_layers(), optical_depths_of(), terminate_rays(), wants_depth(), share_up_to_half(),
- *             tell(), cross_isosurface(), store_sums(); FeaturesKernel, kernel_for() */
+ * PROVIDES    Accumulator, Light, add_layers(), optical_depths_of(), terminate_rays(), where_doubt_shows(), wants_depth(),
+ *             share_up_to_half(), tell(), cross_isosurface(), store_sums(); FeaturesKernel, kernel_for() */
 #ifndef VOL_TRACE_ACCUMULATE_TMPL_H
 #define VOL_TRACE_ACCUMULATE_TMPL_H
 
@@ -80,6 +80,17 @@ ALWAYS_INLINE ints terminate_rays(Accumulator *sum, RayPacket *l, ints mask, uns
         l->alive &= ~opaque;
     }
     return opaque;
+}
+
+/* ---- What float cannot tell ---- */
+
+/* Those of `mask` on which a doubt shows, in what is `shown` of it behind what is in front. */
+MAYBE_UNUSED static ints where_doubt_shows(const Accumulator *sum, reals doubt, reals shown, ints mask, unsigned features)
+{
+    reals reached = doubles_round(&sum->optical_depth[0]);
+    for (int c = 1; c < channels_of(features); c++)
+        reached = reals_min(reached, doubles_round(&sum->optical_depth[c]));
+    return mask & (ints)(doubt * shown * reals_exp(-reached) > (real)BLUR_LIMIT);
 }
 
 /* ---- The depth layer, and listeners ---- */

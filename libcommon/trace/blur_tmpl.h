@@ -49,9 +49,6 @@ MAYBE_UNUSED static inline void give_up_faint(Exact *k, ints mask, const SubInte
 
 #else
 
-#define UNIT_ROUNDOFF ((real)0x1p-24)
-#define LEAST_SAFE ((real)0x1p-40) /* products of three values stay well within float above this */
-
 /* How near values must be to be mistaken for each other. */
 ALWAYS_INLINE reals blur_of(reals lo, reals hi) { return reals_max(reals_abs(lo), reals_abs(hi)) * (8 * UNIT_ROUNDOFF); }
 
@@ -171,30 +168,21 @@ ALWAYS_INLINE void give_up_steep(Exact *k, ints mask, const SubInterval *p, cons
     give_up_beyond(k, mask, 2 * per_v * grain_of(&k->v), features); /* such errors add up along a ray */
 }
 
-/* Whether normals of the cell's gradients g at the segment's end, known to an angle of `turn`, may lie on either side of the
- * viewer or of a light: a highlight begins at once there, and light falls on the other side.  Highlights that are roots of
- * N.h grow so fast from 0 that rounding shows up to 10,000 times as far. */
-static ints has_no_side(const Exact *k, const reals g[3], reals turn)
+/* Whether normals of the cell's gradients g at the segment's end, known to an angle of `turn`, have no side.  Highlights
+ * that are roots of N.h grow so fast from 0 that rounding shows up to 10,000 times as far. */
+static ints normal_has_no_side(const Exact *k, const reals g[3], reals turn)
 {
-    const VolScene *scene = k->packet.scene;
     reals n[3];
+    Times begin = cell_times(k), now = time_in_cell(k, &begin, k->stop);
     unit_normal(&k->packet, g, n);
     turn += 8 * UNIT_ROUNDOFF;
-    ints unsure = (ints)(reals_abs(dot3(n, k->packet.view)) <= (is_rooted(k->packet.tables) ? 10000 * turn : turn));
-    for (size_t i = 0; i < scene->light_count; i++) {
-        reals a[3], b[3];
-        if (scene->lights[i].kind == VOL_LIGHT_HEAD)
-            continue;
-        direction_in_cell(k, &scene->lights[i], a, b);
-        for (int c = 0; c < 3; c++)
-            a[c] = reals_fma(b[c], k->stop, a[c]);
-        reals towards = dot3(n, a);
-        unsure |= (ints)(towards * towards <= turn * turn * dot3(a, a));
-    }
+    ints unsure = has_no_side(&k->packet, n, turn, &now);
+    if (is_rooted(k->packet.tables))
+        unsure |= (ints)(reals_abs(dot3(n, k->packet.view)) <= 10000 * turn);
     return unsure;
 }
 
-/* The same for the normals of isosurfaces that rays of `mask` have come to; returns those that go on. */
+/* Gives up rays of `mask` that have come to an isosurface with such a normal; returns those that go on. */
 MAYBE_UNUSED static ints give_up_unsure_normals(Exact *k, ints mask, unsigned features)
 {
     reals g[3], change[3], grain = reals_max(reals_abs(k->least), reals_abs(k->most)) * UNIT_ROUNDOFF;
@@ -205,7 +193,7 @@ MAYBE_UNUSED static ints give_up_unsure_normals(Exact *k, ints mask, unsigned fe
     reals square = dot3(g, g), along = dot3(g, change), zero = reals_all(0);
     reals across = reals_sqrt(reals_max(square * dot3(change, change) - along * along, zero)); /* |g| times what turns it */
     reals turn = (shift_of(k, grain) * across + reals_sqrt(square) * UNIT_ROUNDOFF) / square;
-    turn = reals_select(has_no_side(k, g, turn), reals_all(1), turn);
+    turn = reals_select(normal_has_no_side(k, g, turn), reals_all(1), turn);
     /* What is 0 in float, where the gradient is not 0 all over the cell, may be a normal in double. */
     turn = reals_select((ints)(square > zero), turn, reals_all(1));
     for (int a = 0; a < 3; a++)

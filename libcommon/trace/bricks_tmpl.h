@@ -5,7 +5,7 @@
  * store is given to another brick only while no lane is in it.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    brick_planes(), brick_values(), brick_gradients(), scratch_zeros() */
+ * PROVIDES    brick_planes(), brick_values(), brick_gradients(), steepest_of(), scratch_zeros() */
 #ifndef VOL_TRACE_BRICKS_TMPL_H
 #define VOL_TRACE_BRICKS_TMPL_H
 
@@ -383,6 +383,24 @@ static inline uint32_t key_of_surroundings(const VolGrid *grid, VolSurroundingsM
     return UINT32_MAX - met->number[at]; /* no brick has it */
 }
 
+/* No gradient of the brick is larger along axis a; it stands behind that plane's numbers. */
+static inline real steepest_of(const real *gradients, int a) { return gradients[a * VOL_BRICK_STRIDE + VOL_BRICK_VALUES]; }
+
+static inline void note_steepest(real *gradients)
+{
+    enum { SIDE_BY_SIDE = 8 };
+    for (int a = 0; a < 3; a++) {
+        real *along = gradients + a * VOL_BRICK_STRIDE, most[SIDE_BY_SIDE] = {0}, all = 0;
+        for (int n = 0; n + SIDE_BY_SIDE <= VOL_BRICK_VALUES; n += SIDE_BY_SIDE)
+            for (int k = 0; k < SIDE_BY_SIDE; k++)
+                most[k] = real_max(real_abs(along[n + k]), most[k]);
+        most[0] = real_max(real_abs(along[VOL_BRICK_VALUES - 1]), most[0]); /* 729 = 91 x 8 + 1 */
+        for (int k = 0; k < SIDE_BY_SIDE; k++)
+            all = real_max(most[k], all);
+        along[VOL_BRICK_VALUES] = all;
+    }
+}
+
 static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scratch, const real *const in_use[LANES],
                                           uint32_t number, const int32_t origin[3])
 {
@@ -398,8 +416,10 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
     }
     if (store_place(&scratch->gradients, 3 * VOL_BRICK_STRIDE, in_use, key, &out))
         return out;
-    if (gradients_in_place(grid, origin, out))
+    if (gradients_in_place(grid, origin, out)) {
+        note_steepest(out);
         return out;
+    }
     for (int a = 0; a < 3; a++)
         axis_places(grid, a, origin[a], &places[a]);
     if (!shared)
@@ -417,6 +437,7 @@ static inline const real *brick_gradients(const VolGrid *grid, VolScratch *scrat
         else
             differences_beside_invalid(halo, step[a], places[a].weight, a, along);
     }
+    note_steepest(out);
     return out;
 }
 

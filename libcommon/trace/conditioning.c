@@ -28,13 +28,11 @@
 
 #include "base/fmath.h"
 #include "base/mem.h"
+#include "simd/real.h"
 #include "trace/sides.h"
 
 #define LIMIT 1e-5
-#define UNIT_ROUNDOFF 0x1p-24
-/* Products of three values stay well within float between these. */
-#define LEAST_SAFE 0x1p-40
-#define MOST_SAFE 0x1p40
+#define MOST_SAFE 0x1p40 /* as LEAST_SAFE */
 
 #define NARROW 0x1p-16 /* of an end's magnitude */
 

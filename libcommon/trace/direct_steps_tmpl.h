@@ -16,7 +16,7 @@ typedef struct Fed {
     ints own;            /* a step belongs to it that may be something */
     ints interval, isosurfaces_below; /* of the transfer function; isosurfaces up to v */
     reals length;        /* of the step */
-    reals gradient[3];   /* world space, where the step is shaded */
+    reals gradient[3], steepest; /* world space, where the step is shaded; of those that it comes from */
     Doubles number;
 } Fed;
 

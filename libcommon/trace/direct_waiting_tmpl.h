@@ -23,8 +23,10 @@ ALWAYS_INLINE ints shaded_intervals(const TfTables *o, ints interval, unsigned f
 /* When the samples that wait are passed, for lights that stand somewhere. */
 static Times times_waiting(const March *m)
 {
-    double t[LANES] = {0};
-    for (int i = 0; i < LANES && m->s.packet.prepared->lit_from_places; i++)
+    double t[LANES];
+    if (__builtin_expect(!m->s.packet.prepared->lit_from_places, 1))
+        return time_of(0);
+    for (int i = 0; i < LANES; i++)
         t[i] = sample_time(&m->s, (unsigned)i, doubles_lane(&m->last.number, i));
     return times_of(t);
 }
@@ -41,6 +43,38 @@ MAYBE_UNUSED static void shade_long_steps(const March *m, ints mask, const Step 
         vol_lights_mean(l->scene, &l->rays[i], l->prepared->nearest_light, begin, begin + length, depth, mean);
         shade_evenly(l->tables, i, mean, sh);
     }
+}
+
+static void end_marches(March *m, ints lost)
+{
+    give_up(&m->s.packet, lost);
+    m->s.visiting &= ~lost;
+    m->waiting &= ~lost;
+}
+
+/* Ends rays of `mask` on which rounding of the shading of the sample that waits shows, in what is `shown` of it. */
+MAYBE_UNUSED static void end_unsure_marches(March *m, const Shading *sh, reals shown, ints mask, unsigned features)
+{
+    Samples *s = &m->s;
+    const Times times = times_waiting(m);
+    reals steepest = m->last.steepest, doubt = doubt_of(&s->packet, sh, steepest, &times);
+    ints lost = where_doubt_shows(&m->sum, doubt, shown, mask, features);
+    if (!any(lost))
+        return;
+    FOR_LANES(i, mask_bits(lost)) { /* the gradients that it comes from may be less steep */
+        Place place = place_of_sample(s, i, doubles_lane(&m->last.number, (int)i));
+        real g[3];
+        steepest[i] = traversal_gradient(&s->way, &s->packet, &place, g);
+    }
+    doubt = doubt_of(&s->packet, sh, steepest, &times);
+    end_marches(m, where_doubt_shows(&m->sum, doubt, shown, lost, features));
+}
+
+ALWAYS_INLINE void check_step_shading(March *m, const Shading *sh, reals shown, ints mask, unsigned features)
+{
+    ints unsure = may_be_unsure(&m->s.packet, sh, m->last.steepest, shown, mask);
+    if (__builtin_expect(any(unsure), 0))
+        end_unsure_marches(m, sh, shown, unsure, features);
 }
 
 /* |dv/dl| at the samples that wait, from their neighbours. */
@@ -75,6 +109,7 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
         if (m->s.packet.prepared->lit_from_places)
             shade_long_steps(m, shaded & (ints)(m->last.length > (real)(1.5 * m->s.h)), step, &sh);
         reals scatter = reals_max(property_at(in.scatter, x), zero), factor[3];
+        check_step_shading(m, &sh, scatter * m->last.length, shaded, features);
         classic_factors_at(o, x, in.surfaceness, &sh, factor);
         for (int c = 0; c < 3; c++) {
             step->scatter[c] = reals_select(shaded, step->scatter[c] * factor[c], step->scatter[c]);
@@ -84,6 +119,8 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
     if (features & FEATURE_SURFACE && any(surface)) {
         reals dense = slopes(m, next, next_valid) * reals_max(property_at(in.surface, x), zero);
         dense = reals_where(surface, dense);
+        if (features & FEATURE_SHADED && !(features & FEATURE_CLASSIC))
+            check_step_shading(m, &sh, dense * m->last.length, surface, features);
         for (int c = 0; c < channels_of(features); c++)
             step->extinction[c] += dense;
         for (int c = 0; c < 3; c++) {
@@ -143,13 +180,16 @@ static void cross_between_samples(March *m, unsigned i, const Isosurface *isosur
     if (features & FEATURE_SHADED) {
         Place place = place_of_time(&m->s, i, t);
         real there[3];
-        traversal_gradient(&m->s.way, l, &place, there);
+        real steepest = traversal_gradient(&m->s.way, l, &place, there);
         reals gradient[3] = {reals_all(there[0]), reals_all(there[1]), reals_all(there[2])};
-        double all[LANES];
-        for (int n = 0; n < LANES; n++)
-            all[n] = t;
-        Times times = times_of(all);
+        Times times = time_of(t);
         shade_lanes(l, gradient, &times, &sh);
+        reals opacity = reals_all((real)isosurface->opacity);
+        ints unsure = may_be_unsure(l, &sh, reals_all(steepest), opacity, mask_of(1u << i));
+        if (__builtin_expect(any(unsure), 0)) {
+            reals doubt = doubt_of(l, &sh, reals_all(steepest), &times);
+            end_marches(m, where_doubt_shows(&m->sum, doubt, opacity, unsure, features));
+        }
     }
     cross_isosurface(&m->sum, l, i, isosurface, t, features & FEATURE_SHADED ? &sh : NULL, features);
     end_opaque_marches(m, mask_of(1u << i), features);
@@ -238,6 +278,8 @@ ALWAYS_INLINE void replace_fed(Fed *old, const Fed *by, ints mask, unsigned feat
     old->length = reals_select(mask, by->length, old->length);
     for (int a = 0; a < 3 && features & FEATURE_SHADED; a++)
         old->gradient[a] = reals_select(mask, by->gradient[a], old->gradient[a]);
+    if (features & FEATURE_SHADED)
+        old->steepest = reals_select(mask, by->steepest, old->steepest);
     FOR_LANES(i, mask_bits(mask))
         doubles_set(&old->number, (int)i, doubles_lane(&by->number, (int)i));
 }
@@ -275,8 +317,9 @@ ALWAYS_INLINE void feed_next(March *m, unsigned features)
         shaded &= shaded_intervals(o, next.interval, features);
         for (int a = 0; a < 3; a++)
             next.gradient[a] = reals_all(0);
+        next.steepest = reals_all(0);
         if (any(shaded))
-            traversal_sample_gradients(&s->way, &s->packet, &at, shaded, next.gradient);
+            next.steepest = traversal_sample_gradients(&s->way, &s->packet, &at, shaded, next.gradient);
     }
     for (int i = 0; i < LANES; i++)
         doubles_set(&next.number, i, s->first[i] + (double)s->j[i]);

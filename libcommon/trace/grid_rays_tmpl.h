@@ -25,6 +25,7 @@ typedef struct Traversal {
     ints uniform;                 /* the stretch is: many bricks of one value */
     const real *values[LANES];    /* its voxels */
     const real *gradients[LANES]; /* its voxels' gradients, three planes; those of an earlier brick where due */
+    reals steepest;               /* no component of those in world space is larger */
     unsigned gradients_due;       /* one bit per lane */
     ints in_stretch, shows, invalid; /* invalid: it has voxels that are not finite */
     reals lo, hi;                 /* range of the others */
@@ -63,10 +64,11 @@ static inline double ray_blur(const VolGrid *grid, const IndexRay *ray)
 {
     double most = 0;
     for (int a = 0; a < 3; a++) {
-        most = fmax(most, coordinate_blur(ray, a, grid->domain_min[a]));
-        most = fmax(most, coordinate_blur(ray, a, grid->domain_max[a]));
+        double low = coordinate_blur(ray, a, grid->domain_min[a]), high = coordinate_blur(ray, a, grid->domain_max[a]);
+        most = low > most ? low : most;
+        most = high > most ? high : most;
     }
-    return fmin(most + 0x1p-48, 0x1p-20);
+    return most < 0x1p-20 - 0x1p-48 ? most + 0x1p-48 : 0x1p-20;
 }
 
 static inline void traversal_begin(Traversal *w, const RayPacket *l, bool may_wait)
@@ -202,6 +204,18 @@ static inline void traversal_visit_samples(Traversal *w, RayPacket *l, ints mask
         mask &= ~visit.lanes;
 }
 
+/* No component in world space is larger, where those in index space are no larger than these. */
+ALWAYS_INLINE real world_steepest(const VolAffine *world_to_index, const real steepest[3])
+{
+    real most = 0;
+    for (int i = 0; i < 3; i++) {
+        const double *m = world_to_index->m[i];
+        real sum = (real)fabs(m[0]) * steepest[0] + (real)fabs(m[1]) * steepest[1];
+        most = real_max(most, sum + (real)fabs(m[2]) * steepest[2]);
+    }
+    return most;
+}
+
 /* Makes the gradients of each of `mask`; the others have something that may be loaded from. */
 static inline void need_gradients(Traversal *w, const RayPacket *l, ints mask)
 {
@@ -214,6 +228,10 @@ static inline void need_gradients(Traversal *w, const RayPacket *l, ints mask)
             w->gradients[i] = scratch_zeros(l->scratch);
         else
             w->gradients[i] = brick_gradients(l->scene->volume.grid, l->scratch, w->gradients, w->brick[i], origin);
+        real steepest[3];
+        for (int a = 0; a < 3; a++)
+            steepest[a] = steepest_of(w->gradients[i], a);
+        w->steepest[i] = world_steepest(&l->scene->volume.grid->world_to_index, steepest);
     }
 }
 

@@ -157,8 +157,8 @@ ALWAYS_INLINE reals traversal_samples(const Traversal *w, const RayPacket *l, re
 }
 
 /* For `mask` of the lanes; the others: 0. */
-static inline void traversal_sample_gradients(Traversal *w, const RayPacket *l, const SamplePlaces *at, ints mask,
-                                              reals out[3])
+static inline reals traversal_sample_gradients(Traversal *w, const RayPacket *l, const SamplePlaces *at, ints mask,
+                                               reals out[3])
 {
     reals corners[8], g[3];
     ints offset = at->offset & mask;
@@ -170,6 +170,7 @@ static inline void traversal_sample_gradients(Traversal *w, const RayPacket *l, 
         g[a] = reals_select(mask, interpolate_cell(corners, at->f), reals_all(0));
     }
     world_gradients(&l->scene->volume.grid->world_to_index, g, out);
+    return w->steepest;
 }
 
 /* ---- Places ---- */
@@ -204,8 +205,10 @@ static inline void traversal_find(const Traversal *w, const RayPacket *l, unsign
         out->origin[a] = at[a] * VOL_BRICK_CELLS;
         if (ray->d[a] == 0)
             continue;
-        *t0 = fmax(*t0, plane_time(ray, a, ray->d[a] > 0 ? low : high));
-        *t1 = fmin(*t1, plane_time(ray, a, ray->d[a] > 0 ? high : low));
+        double entry = plane_time(ray, a, ray->d[a] > 0 ? low : high);
+        double exit = plane_time(ray, a, ray->d[a] > 0 ? high : low);
+        *t0 = entry > *t0 ? entry : *t0;
+        *t1 = exit < *t1 ? exit : *t1;
     }
     out->t = t;
     out->is_end = false;
@@ -314,18 +317,21 @@ static inline real traversal_value(const Traversal *w, const RayPacket *l, const
 }
 
 /* In world space. */
-static inline void traversal_gradient(const Traversal *w, const RayPacket *l, const Place *place, real out[3])
+static inline real traversal_gradient(const Traversal *w, const RayPacket *l, const Place *place, real out[3])
 {
     const VolGrid *grid = l->scene->volume.grid;
     const real *voxels = brick_gradients(grid, l->scratch, w->gradients, place->brick, place->origin);
-    real g[3], least, most;
+    real g[3], steepest[3], least, most;
     bool finite;
-    for (int a = 0; a < 3; a++)
+    for (int a = 0; a < 3; a++) {
         g[a] = interpolate_place(voxels + a * VOL_BRICK_STRIDE, place, &finite, &least, &most);
+        steepest[a] = real_max(real_abs(least), real_abs(most));
+    }
     for (int i = 0; i < 3; i++) {
         const double *m = grid->world_to_index.m[i];
         out[i] = real_fma((real)m[2], g[2], real_fma((real)m[1], g[1], (real)m[0] * g[0]));
     }
+    return world_steepest(&grid->world_to_index, steepest);
 }
 
 #endif

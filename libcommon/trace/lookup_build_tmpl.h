@@ -113,13 +113,13 @@ static VolStatus build_knots(const VolTfCompiled *tf, TfTables *o, VolError *err
 
 static VolStatus build_lookup(const VolScene *scene, TfTables *o, VolError *err)
 {
-    bool full = scene->preint && scene->preint->octave_count;
+    bool full = scene->preint && scene->preint->integrals.tf;
     const VolTfIntegrals *integrals = full ? &scene->preint->integrals : scene->integrals;
     if (!integrals || !integrals->tf)
         return VOL_OK;
     o->at_knot = integrals->at_knot;
     VolStatus status = build_knots(scene->tf, o, err);
-    bool tables = full && !scene->tf->coloured;
+    bool tables = full && scene->preint->octave_count && !scene->tf->coloured;
     const VolPreintTable *table = tables ? table_of_step(scene->preint, scene->step) : NULL;
     o->other_steps = tables && !table;
     if (!status && table)

@@ -7,6 +7,7 @@
 
 #include "base/fmath.h"
 #include "base/mem.h"
+#include "tf/limits.h"
 #include "trace/conditioning.h"
 #include "trace/tf_tables.h"
 
@@ -57,8 +58,6 @@ static void set_bounds(VolPrepared *p)
 
 /* ---- What floats can hold ---- */
 
-/* Of what a place sends, and of light that comes to it: products with extinctions and depths are numbers in float, too. */
-#define BRIGHTEST 1e18
 #define MOST_NUMBER 1e36
 /* Of all of a ray, the background included. */
 #define BRIGHTEST_PIXEL (0.99 * FLT_MAX)
@@ -120,10 +119,10 @@ static VolStatus check_brightness(const VolPrepared *p, VolError *err)
     double light = p->shaded ? brightest_light(p) : 0, shading = tf->ambient + tf->diffuse + tf->specular;
     double lit = p->shaded ? light * shading * fmax(1, tf->max_color) : 0, most = fmax(tf->max_color, fmax(light, lit));
     double way = vol_volume_is_empty(&p->scene->volume) ? 0 : vol_volume_longest_way(&p->scene->volume);
-    if (!(most <= BRIGHTEST))
+    if (!(most <= VOL_BRIGHTEST))
         return vol_fail(err, light > 1 ? VOL_USAGE : VOL_BAD_INPUT,
                         "colours and lights make places as bright as %.3g, more than %g: a picture could not hold it", most,
-                        BRIGHTEST);
+                        VOL_BRIGHTEST);
     if (!(densest(tf) * fmax(tf->max_color, tf->model == VOL_MODEL_CLASSIC ? lit : 0) <= MOST_NUMBER))
         return vol_fail(err, VOL_BAD_INPUT, "particles scatter more than %g per world unit: a picture could not hold it",
                         MOST_NUMBER);
@@ -144,7 +143,8 @@ VolStatus vol_scene_prepare(const VolScene *scene, VolPrepared *out, VolError *e
         status = vol_empty_space_find(scene, &out->space, err);
     if (!status && !scene->precise)
         status = vol_conditioning_judge(scene, &out->space, out->shaded, &out->ill_conditioned, err);
-    out->gives_up = out->ill_conditioned || (!scene->precise && scene->estimator == VOL_ESTIMATE_EXACT);
+    out->gives_up = out->ill_conditioned ||
+                    (!scene->precise && (out->shaded || scene->estimator == VOL_ESTIMATE_EXACT));
     if (!status && !scene->precise)
         status = vol_tf_tables_f32_new(scene, &out->tables32, err);
     if (!status && (scene->precise || out->gives_up))

@@ -18,6 +18,7 @@ typedef struct SegmentEnd {
     SamplePlaces place;
     ints shaded;
     Shading shading;
+    reals steepest; /* of the gradients nearby */
 } SegmentEnd;
 
 typedef struct Segments {
@@ -39,25 +40,37 @@ static inline double end_time(const Segments *k, const SegmentEnd *end, unsigned
 
 /* ---- Shading ---- */
 
-static void shade_lanes_at(Segments *k, const SegmentEnd *end, ints mask, Shading *out)
+static inline Place place_of_end(const Segments *k, const SegmentEnd *end, unsigned i)
+{
+    bool cut = !isnan(end->cut[i]);
+    return cut ? place_of_time(&k->samples, i, end->cut[i]) : place_of_sample(&k->samples, i, end->number[i]);
+}
+
+/* For lights that stand somewhere. */
+static Times end_times(const Segments *k, const SegmentEnd *end, ints mask)
+{
+    double t[LANES] = {0};
+    if (__builtin_expect(!k->samples.packet.prepared->lit_from_places, 1))
+        return time_of(0);
+    FOR_LANES(i, mask_bits(mask))
+        t[i] = end_time(k, end, i);
+    return times_of(t);
+}
+
+static void shade_lanes_at(Segments *k, SegmentEnd *end, ints mask, Shading *out)
 {
     Samples *s = &k->samples;
-    reals gradient[3];
-    double t[LANES] = {0};
+    Times times = end_times(k, end, mask);
     ints here = mask & end->here;
-    traversal_sample_gradients(&s->way, &s->packet, &end->place, here, gradient);
+    reals gradient[3], steepest = traversal_sample_gradients(&s->way, &s->packet, &end->place, here, gradient);
     FOR_LANES(i, mask_bits(mask & ~here)) {
-        bool cut = !isnan(end->cut[i]);
-        Place place = cut ? place_of_time(s, i, end->cut[i]) : place_of_sample(s, i, end->number[i]);
+        Place place = place_of_end(k, end, i);
         real g[3];
-        traversal_gradient(&s->way, &s->packet, &place, g);
+        steepest[i] = traversal_gradient(&s->way, &s->packet, &place, g);
         for (int a = 0; a < 3; a++)
             gradient[a][i] = g[a];
     }
-    if (s->packet.prepared->lit_from_places)
-        FOR_LANES(i, mask_bits(mask))
-            t[i] = end_time(k, end, i);
-    Times times = times_of(t);
+    end->steepest = reals_select(mask, steepest, end->steepest);
     shade_lanes(&s->packet, gradient, &times, out);
 }
 
@@ -134,9 +147,36 @@ MAYBE_UNUSED static void shade_equals(const Segments *k, const SegmentEnd *a, co
     }
 }
 
+/* Ends rays of `mask` on which rounding of the shading at `end` shows, in what is `shown` of it. */
+MAYBE_UNUSED static void end_unsure_segments(Segments *k, const SegmentEnd *end, reals shown, ints mask, unsigned features)
+{
+    Samples *s = &k->samples;
+    const Times times = end_times(k, end, mask);
+    reals steepest = end->steepest, doubt = doubt_of(&s->packet, &end->shading, steepest, &times);
+    ints lost = where_doubt_shows(&k->sum, doubt, shown, mask, features);
+    if (!any(lost))
+        return;
+    FOR_LANES(i, mask_bits(lost)) { /* the gradients that it comes from may be less steep */
+        Place place = place_of_end(k, end, i);
+        real g[3];
+        steepest[i] = traversal_gradient(&s->way, &s->packet, &place, g);
+    }
+    doubt = doubt_of(&s->packet, &end->shading, steepest, &times);
+    lost = where_doubt_shows(&k->sum, doubt, shown, lost, features);
+    give_up(&s->packet, lost);
+    s->visiting &= ~lost;
+}
+
+ALWAYS_INLINE void check_shading(Segments *k, const SegmentEnd *end, reals shown, ints mask, unsigned features)
+{
+    ints unsure = may_be_unsure(&k->samples.packet, &end->shading, end->steepest, shown, mask);
+    if (__builtin_expect(any(unsure), 0))
+        end_unsure_segments(k, end, shown, unsure, features);
+}
+
 /* K 11 at both ends, averaged: the factor of what a segment scatters. */
 static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
-                            reals factor[3], Light *light)
+                            unsigned features, reals factor[3], Light *light)
 {
     const TfTables *o = k->samples.packet.tables;
     SegmentEnd *ends[2] = {a, b};
@@ -146,6 +186,7 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
     Shading equals;
     for (int n = 0; n < 2; n++) {
         const Shading *sh = shading_at(k, ends[n], mask);
+        check_shading(k, ends[n], parts->particles_a, mask, features);
         if (__builtin_expect(even, 0)) {
             equals = *sh;
             shade_equals(k, a, b, parts, mask, &equals);
@@ -179,7 +220,7 @@ ALWAYS_INLINE void particles_light(Segments *k, SegmentEnd *a, SegmentEnd *b, co
         for (int c = 0; c < 3; c++)
             some |= mask & (ints)(parts->particles_c[c] != 0);
         if (any(some))
-            classic_average(k, a, b, parts, some, factor, light);
+            classic_average(k, a, b, parts, some, features, factor, light);
     }
     for (int c = 0; c < 3; c++) {
         light->scatter[c] = fraction[c] * factor[c] * parts->particles_c[c];
@@ -221,6 +262,8 @@ ALWAYS_INLINE void surfaces_light(Segments *k, SegmentEnd *a, SegmentEnd *b, con
     if (features & FEATURE_SHADED) {
         front = shading_at(k, a, some);
         back = shading_at(k, b, some);
+        check_shading(k, a, parts->front_a[0], some, features);
+        check_shading(k, b, full ? parts->back_a[0] : parts->front_a[0], some, features);
         if (!full)
             mix_shading(front, back, parts->where, &between);
     }

@@ -22,9 +22,12 @@
 
 static void cross_in_segment(Segments *k, unsigned i, const Isosurface *isosurface, SegmentEnd *at, unsigned features)
 {
-    const Shading *sh = features & FEATURE_SHADED ? shading_at(k, at, mask_of(1u << i)) : NULL;
+    ints lane = mask_of(1u << i);
+    const Shading *sh = features & FEATURE_SHADED ? shading_at(k, at, lane) : NULL;
+    if (sh)
+        check_shading(k, at, reals_all((real)isosurface->opacity), lane, features);
     cross_isosurface(&k->sum, &k->samples.packet, i, isosurface, at->cut[i], sh, features);
-    end_opaque_segments(k, mask_of(1u << i), features);
+    end_opaque_segments(k, lane, features);
 }
 
 /* A part of a segment, of any length. */

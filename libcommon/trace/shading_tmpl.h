@@ -13,7 +13,8 @@
  *
  * PARAMETERS  VOL_DOUBLE
  * PROVIDES    Shading, shade_scaled(), shade_lanes(), shade_evenly(), surfaceness_of(), classic_factors(); Times,
- *             times_of(), LightPath, light_path(), towards_light(), halfway_to(), HIGHLIGHTS_SHARP */
+ *             times_of(), time_of(), LightPath, light_path(), towards_light(), halfway_to(), HIGHLIGHTS_SHARP;
+ *             may_be_unsure(), doubt_of(); in float has_no_side() */
 #ifndef VOL_TRACE_SHADING_TMPL_H
 #define VOL_TRACE_SHADING_TMPL_H
 
@@ -53,6 +54,13 @@ static inline Times times_of(const double t[LANES])
     memcpy(&times.t, part[0], sizeof times.t);
     memcpy(&times.rest, part[1], sizeof times.rest);
     return times;
+}
+
+/* The same time on all. */
+ALWAYS_INLINE Times time_of(double t)
+{
+    real near = (real)t;
+    return (Times){reals_all(near), reals_all((real)(t - (double)near))};
 }
 
 ALWAYS_INLINE reals time_since(const Times *now, const Times *then) { return (now->t - then->t) + (now->rest - then->rest); }
@@ -347,6 +355,73 @@ static inline void shade_lanes(const RayPacket *packet, const reals gradient[3],
     shade_scaled(packet, 1, scaled, times, &zero, out);
     out->gradient /= scale;
 }
+
+/* ---- What float cannot tell ---- */
+
+#ifdef VOL_DOUBLE
+
+MAYBE_UNUSED static inline ints may_be_unsure(const RayPacket *packet, const Shading *sh, reals steepest, reals shown,
+                                              ints mask)
+{
+    (void)packet, (void)sh, (void)steepest, (void)shown, (void)mask;
+    return ints_all(0);
+}
+MAYBE_UNUSED static inline reals doubt_of(const RayPacket *packet, const Shading *sh, reals steepest, const Times *times)
+{
+    (void)packet, (void)sh, (void)steepest, (void)times;
+    return reals_all(0);
+}
+
+#else
+
+/* Whether unit normals n, known to an angle of `turn`, may lie on either side of the viewer or of a light: a highlight
+ * begins at once there, and light falls on the other side. */
+static inline ints has_no_side(const RayPacket *packet, const reals n[3], reals turn, const Times *times)
+{
+    const VolScene *scene = packet->scene;
+    ints unsure = (ints)(reals_abs(dot3(n, packet->view)) <= turn);
+    for (size_t i = 0; i < scene->light_count; i++) {
+        LightPath path;
+        reals to[3];
+        if (scene->lights[i].kind == VOL_LIGHT_HEAD)
+            continue;
+        light_path(packet, &scene->lights[i], &path);
+        towards_light(packet, &scene->lights[i], &path, times, to);
+        reals towards = dot3(n, to);
+        unsure |= (ints)(towards * towards <= turn * turn * dot3(to, to));
+    }
+    return unsure;
+}
+
+/* Gradients interpolated from some as large as `steepest` are known to about so much of that: */
+#define GRADIENT_ROUNDOFF (4 * UNIT_ROUNDOFF)
+
+/* Highlights that are roots of N.h change by as much as its own share of it. */
+static inline bool has_steep_highlights(const TfTables *tables) { return tables->shininess > 0 && tables->shininess < 1; }
+
+/* Those of `mask` whose shading rounding may have put off by so much that it shows, in what is `shown` of it. */
+MAYBE_UNUSED ALWAYS_INLINE ints may_be_unsure(const RayPacket *packet, const Shading *sh, reals steepest, reals shown,
+                                              ints mask)
+{
+    ints unsure = (ints)(GRADIENT_ROUNDOFF * steepest * shown > (real)BLUR_LIMIT * sh->gradient);
+    if (packet->prepared->lit_aside || has_steep_highlights(packet->tables))
+        unsure = (ints)(shown > (real)BLUR_LIMIT);
+    return mask & unsure & (ints)(steepest > 0);
+}
+
+/* How far it may have been put off: short gradients are not known in their direction. */
+MAYBE_UNUSED static reals doubt_of(const RayPacket *packet, const Shading *sh, reals steepest, const Times *times)
+{
+    const reals one = reals_all(1);
+    reals doubt = GRADIENT_ROUNDOFF * steepest / sh->gradient, turn = doubt + 8 * UNIT_ROUNDOFF;
+    if (has_steep_highlights(packet->tables))
+        doubt = turn / reals_max(reals_abs(dot3(sh->normal, packet->view)), turn);
+    if (packet->prepared->lit_aside)
+        doubt = reals_select(has_no_side(packet, sh->normal, turn, times), one, doubt);
+    return reals_select((ints)(sh->gradient > 0), reals_min(doubt, one), one);
+}
+
+#endif
 
 /* Lane i where there is no normal: ambient light alone. */
 MAYBE_UNUSED static void shade_evenly(const TfTables *tables, unsigned i, const double arriving[3], Shading *out)

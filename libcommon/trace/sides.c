@@ -69,8 +69,9 @@ VolStatus vol_sides_new(const VolTfCompiled *tf, VolSides **out, VolError *err)
         s->knots.in_float[n] = real_at_or_above(tf->knots[n]);
     }
     for (size_t n = 0; n < tf->isosurface_count; n++) {
-        s->isosurfaces.at[n] = tf->isosurfaces[n].value;
-        s->isosurfaces.in_float[n] = (float)tf->isosurfaces[n].value;
+        double value = s->isosurfaces.at[n] = tf->isosurfaces[n].value;
+        s->isosurfaces.in_float[n] =
+            n > 0 ? real_in_order(s->isosurfaces.at[n - 1], s->isosurfaces.in_float[n - 1], value) : (float)value;
     }
     s->first = INFINITY;
     s->last = -INFINITY;

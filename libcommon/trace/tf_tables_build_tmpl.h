@@ -161,10 +161,11 @@ static VolStatus build_tf_tables(const VolScene *scene, TfTables *o, VolError *e
     fill_buckets(o);
     fill_few(o);
     for (size_t i = 0; i < tf->isosurface_count; i++) {
-        const VolIsosurface *d = &tf->isosurfaces[i];
-        o->isosurfaces[i] = (Isosurface){(real)d->value, {(real)d->color[0], (real)d->color[1], (real)d->color[2]},
+        const VolIsosurface *d = &tf->isosurfaces[i], *before = i > 0 ? d - 1 : NULL;
+        real value = before ? real_in_order(before->value, o->isosurface_values[i - 1], d->value) : (real)d->value;
+        o->isosurfaces[i] = (Isosurface){value, {(real)d->color[0], (real)d->color[1], (real)d->color[2]},
                                          (real)vol_particles_around(tf, d->value), d->optical_depth, d->opacity};
-        o->isosurface_values[i] = o->isosurfaces[i].value;
+        o->isosurface_values[i] = value;
     }
     order_falling(o);
     VolStatus status = build_lookup(scene, o, err);

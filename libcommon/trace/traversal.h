@@ -38,7 +38,8 @@
  *     void traversal_begin_runs(w, l, mask, t, last)     the same of each lane: t[i], last[i]
  *     reals traversal_samples(w, l, j, mask, bounded, SamplePlaces *at, ints *valid)
  *                                                        sample j of each lane's run
- *     void traversal_sample_gradients(w, l, at, mask, reals out[3])
+ *     reals traversal_sample_gradients(w, l, at, mask, reals out[3])
+ *                                                        returns what no component is larger than, nearby
  *
  * Places one by one, the same bits as in a run
  *     void traversal_find(w, l, i, t, Place *out, double *begin, double *end)
@@ -47,7 +48,9 @@
  *     void traversal_place_at(w, l, i, Place *out)       any t in it
  *     void traversal_settle_end(w, l, i, Place *out)     an end of the ray: exactly on the domain's face where it is one
  *     real traversal_value(w, l, const Place *at, bounded, bool *valid)
- *     void traversal_gradient(w, l, const Place *at, real out[3])
+ *     real traversal_gradient(w, l, const Place *at, real out[3])
+ *                                                        returns what no component is larger than, of those that it is
+ *                                                        interpolated from
  *
  * `bounded`: values never leave the range of what they are interpolated from, whatever rounding does.  A place that is not
  * valid has no field.  Place begins with `double t; bool is_end`. */

@@ -167,4 +167,17 @@ for estimator in full integrals direct; do
     must vol-render -q -f -t runs-out.json --size 1x1 --estimator $estimator --step 0.1v -o steps.exr ramp.vdb
     check "$estimator: emission where attenuation has run out" vol-diff --max 0.01 exact.exr steps.exr
 done
+
+# --- plateaus at the top of a slope, or on a peak, narrower than a bin of the tables ---
+must vol-gen field constant --param value=0.5 --size 9 -o flat.vdb
+for nodes in '[0, 0], [0.49991, 0], [0.5, 1, [1, 0.5, 0.2]], [1, 1, [1, 0.5, 0.2]]' \
+    '[0, 0], [0.4995, 0], [0.5, 1, [1, 0.5, 0.2]], [0.5005, 0], [1, 0]'; do
+    for part in emit scatter; do
+        [ $part = emit ] || nodes=$(echo "$nodes" | sed 's/, 1, /, 0.5, /g; s/\[1, 1\]/[1, 0.5]/')
+        tf "\"particle_step\": 1, \"interpolate\": \"extinction\", \"$part\": [$nodes]" >top.json
+        must vol-render -q -f -t top.json --size 8x8 -o exact.exr flat.vdb
+        must vol-render -q -f -t top.json --size 8x8 --estimator full -o steps.exr flat.vdb
+        check "full: $part at $nodes" vol-diff --max 1e-5 exact.exr steps.exr
+    done
+done
 finish

@@ -87,4 +87,11 @@ for estimator in exact full direct; do
     must vol-render $scene --crop 37x50+33+0 -o right.exr mixed.vdb
     check "$estimator: in two parts" sh -c 'exr-join left.exr right.exr | vol-diff - one.exr'
 done
+
+# A box in which no voxel is active is one of its background.
+must makevdb --box --dims 9,9,9 --background 0.5 --empty >none.vdb
+must makevdb --box --dims 9,9,9 --field const:0.5 >all.vdb
+must vol-render -q --size 20x20 -t coloured.json -o none.exr none.vdb
+must vol-render -q --size 20x20 -t coloured.json -o all.exr all.vdb
+check 'a box without active voxels' vol-diff none.exr all.exr
 finish

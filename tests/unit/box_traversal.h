@@ -62,7 +62,11 @@ CONTRACT reals traversal_samples(WAY, reals j, ints mask, bool bounded, SamplePl
     *valid = mask;
     return w->lo;
 }
-CONTRACT void traversal_sample_gradients(WAY, const SamplePlaces *at, ints mask, reals g[3]) { memset(g, 0, 3 * sizeof *g); }
+CONTRACT reals traversal_sample_gradients(WAY, const SamplePlaces *at, ints mask, reals g[3])
+{
+    memset(g, 0, 3 * sizeof *g);
+    return g[0];
+}
 
 CONTRACT void traversal_find(WAY, unsigned i, double t, Place *out, double *begin, double *end)
 {
@@ -73,6 +77,6 @@ CONTRACT void traversal_place_in_run(WAY, unsigned i, double first_t, real last,
 CONTRACT void traversal_place_at(WAY, unsigned i, Place *out) {}
 CONTRACT void traversal_settle_end(WAY, unsigned i, Place *out) { out->is_end = true; }
 CONTRACT real traversal_value(WAY, const Place *at, bool bounded, bool *valid) { return *valid = true, BOX_VALUE; }
-CONTRACT void traversal_gradient(WAY, const Place *at, real out[3]) { out[0] = out[1] = out[2] = 0; }
+CONTRACT real traversal_gradient(WAY, const Place *at, real out[3]) { return out[0] = out[1] = out[2] = 0; }
 
 #endif
