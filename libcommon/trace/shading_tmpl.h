@@ -418,7 +418,8 @@ MAYBE_UNUSED static reals doubt_of(const RayPacket *packet, const Shading *sh, r
         doubt = turn / reals_max(reals_abs(dot3(sh->normal, packet->view)), turn);
     if (packet->prepared->lit_aside)
         doubt = reals_select(has_no_side(packet, sh->normal, turn, times), one, doubt);
-    return reals_select((ints)(sh->gradient > 0), reals_min(doubt, one), one);
+    doubt = reals_select((ints)(sh->gradient > 0), reals_min(doubt, one), one);
+    return reals_where((ints)(steepest > 0), doubt);
 }
 
 #endif
