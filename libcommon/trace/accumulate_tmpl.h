@@ -51,9 +51,9 @@ static inline void optical_depths_of(const Accumulator *sum, unsigned i, unsigne
 }
 
 /* Adds to the layers what is seen of each part: `seen`, which comes through what is in front, 0 in lanes without a part. */
-ALWAYS_INLINE void add_layers(Accumulator *sum, const Light *seen, unsigned features)
+ALWAYS_INLINE void add_layers(Accumulator *sum, const RayPacket *l, const Light *seen, unsigned features)
 {
-    if (!(features & FEATURE_EXTRA))
+    if (!(features & FEATURE_EXTRA) || !l->extra)
         return;
     for (int c = 0; c < 3; c++) {
         doubles_add(&sum->sum[VOL_SUM_SCATTER][c], seen->scatter[c]);

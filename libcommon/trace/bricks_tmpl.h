@@ -388,15 +388,18 @@ static inline real steepest_of(const real *gradients, int a) { return gradients[
 
 static inline void note_steepest(real *gradients)
 {
-    enum { SIDE_BY_SIDE = 8 };
+    typedef lane_int eight_ints __attribute__((vector_size(8 * sizeof(lane_int))));
+    const lane_int magnitude = (lane_int)(((uint64_t)1 << (8 * sizeof(lane_int) - 1)) - 1); /* without the sign's bit */
     for (int a = 0; a < 3; a++) {
-        real *along = gradients + a * VOL_BRICK_STRIDE, most[SIDE_BY_SIDE] = {0}, all = 0;
-        for (int n = 0; n + SIDE_BY_SIDE <= VOL_BRICK_VALUES; n += SIDE_BY_SIDE)
-            for (int k = 0; k < SIDE_BY_SIDE; k++)
-                most[k] = real_max(real_abs(along[n + k]), most[k]);
-        most[0] = real_max(real_abs(along[VOL_BRICK_VALUES - 1]), most[0]); /* 729 = 91 x 8 + 1 */
-        for (int k = 0; k < SIDE_BY_SIDE; k++)
-            all = real_max(most[k], all);
+        real *along = gradients + a * VOL_BRICK_STRIDE, all = real_abs(along[VOL_BRICK_VALUES - 1]);
+        eight_ints most = {0}; /* of numbers that are not negative, the larger has the larger bits */
+        for (int n = 0; n + 8 <= VOL_BRICK_VALUES; n += 8) {
+            eight_ints bits = (eight_ints)load_eight(along + n) & magnitude, greater = bits > most;
+            most = (bits & greater) | (most & ~greater);
+        }
+        eight each = (eight)most;
+        for (int n = 0; n < 8; n++)
+            all = real_max(all, each[n]);
         along[VOL_BRICK_VALUES] = all;
     }
 }

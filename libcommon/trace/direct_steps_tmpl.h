@@ -121,7 +121,7 @@ ALWAYS_INLINE void add_particles(March *m, unsigned features, bool together)
     if (__builtin_expect(m->s.equals, 0))
         m->sum.cells += samples_beside(&m->s, seen);
     reals length = reals_where(seen, m->length), light[3];
-    if (features & FEATURE_EXTRA)
+    if (features & FEATURE_EXTRA && m->s.packet.extra)
         FOR_LANES(i, mask_bits(seen)) {
             double optical_depth[3] = {0};
             for (int c = 0; c < channels_of(features); c++)
@@ -139,7 +139,7 @@ ALWAYS_INLINE void add_particles(March *m, unsigned features, bool together)
         reals transmittance = light[features & FEATURE_COLOURED ? c : 0];
         reals all = features & FEATURE_EMIT ? step.scatter[c] + step.emit[c] : step.scatter[c];
         m->run_color[c] = reals_fma(transmittance, reals_where(seen, all), m->run_color[c]);
-        if (features & FEATURE_EXTRA) {
+        if (features & FEATURE_EXTRA && m->s.packet.extra) {
             doubles_add(&m->sum.sum[VOL_SUM_SCATTER][c], reals_where(seen, transmittance * step.scatter[c]));
             doubles_add(&m->sum.sum[VOL_SUM_EMIT][c], reals_where(seen, transmittance * step.emit[c]));
         }

@@ -145,7 +145,7 @@ ALWAYS_INLINE void add_steps(March *m, const Step *step, ints mask, reals length
 {
     reals light[3];
     length = reals_where(mask, length);
-    if (features & FEATURE_EXTRA)
+    if (features & FEATURE_EXTRA && m->s.packet.extra)
         FOR_LANES(i, mask_bits(mask)) {
             double optical_depth[3] = {0};
             for (int c = 0; c < channels_of(features); c++)
@@ -167,7 +167,7 @@ ALWAYS_INLINE void add_steps(March *m, const Step *step, ints mask, reals length
             seen.normal[c] = light[0] * step->normal[c];
         doubles_add(&m->sum.color[c], (seen.scatter[c] + seen.emit[c]) + seen.surface[c]);
     }
-    add_layers(&m->sum, &seen, features);
+    add_layers(&m->sum, &m->s.packet, &seen, features);
     end_opaque_marches(m, mask, features);
 }
 
@@ -257,7 +257,7 @@ ALWAYS_INLINE void complete(March *m, const Fed *next, ints mask, unsigned featu
     if (any(seen))
         classify(m, next, next_valid, seen, features, &step);
     m->sum.cells -= seen;
-    if (features & FEATURE_EXTRA)
+    if (features & FEATURE_EXTRA && m->s.packet.extra)
         FOR_LANES(i, mask_bits(seen))
             m->cursor[i] = step_begin(&m->s, i, doubles_lane(&here->number, (int)i));
     if (features & FEATURE_ISO)

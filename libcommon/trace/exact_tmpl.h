@@ -322,7 +322,7 @@ ALWAYS_INLINE void add_light_of(Exact *k, const SubInterval *p, const Light *sen
             seen.normal[c] = reals_where(first, transmittance[0] * sent->normal[c]);
         doubles_add(&k->sum.color[c], all);
     }
-    add_layers(&k->sum, &seen, features);
+    add_layers(&k->sum, &k->packet, &seen, features);
 }
 
 /* Integrates a sub-interval: to the segment's end, or as far as an optical depth of 1 or the bends of the gradient allow. */
@@ -369,7 +369,7 @@ ALWAYS_INLINE void integrate(Exact *k, unsigned features)
             give_up_faint(k, shaded, &p, optical_depth, features);
     }
     add_light_of(k, &p, &light, seen, features);
-    if (features & FEATURE_EXTRA)
+    if (features & FEATURE_EXTRA && k->packet.extra)
         note_sub_interval(k, &p, &in, seen, features);
     for (int c = 0; c < channels_of(features); c++)
         doubles_add(&k->sum.optical_depth[c], reals_where(seen, optical_depth_to(&p, features, c, reals_all(1))));

@@ -27,6 +27,7 @@ typedef struct RayPacket {
     const VolRay *rays;
     size_t count;
     VolRadiance *out;
+    bool extra; /* layers beside RGBA are wanted, or there is a listener: general kernels know only when they run */
     reals view[3]; /* world, towards the eye */
     reals termination_depth;
     ints alive;
@@ -43,7 +44,8 @@ static inline void packet_begin(RayPacket *l, const VolTraceCall *call, size_t f
                      .listener = call->listener,
                      .rays = call->rays + first,
                      .count = left < LANES ? left : LANES,
-                     .out = call->out + first};
+                     .out = call->out + first,
+                     .extra = call->prepared->scene->layers || call->listener};
     for (size_t i = 0; i < LANES; i++) {
         const VolRay *ray = &l->rays[i < l->count ? i : 0];
         if (i < l->count)

@@ -208,7 +208,7 @@ ALWAYS_INLINE void particles_light(Segments *k, SegmentEnd *a, SegmentEnd *b, co
                                    unsigned features, Light *light)
 {
     const TfTables *o = k->samples.packet.tables;
-    if (!(features & (FEATURE_CLASSIC | FEATURE_EXTRA))) {
+    if (!(features & FEATURE_CLASSIC) && !(features & FEATURE_EXTRA && k->samples.packet.extra)) {
         for (int c = 0; c < 3; c++)
             light->scatter[c] = parts->particles_c[c];
         return;
@@ -333,7 +333,7 @@ ALWAYS_INLINE void composite(Segments *k, const Light *light, ints mask, unsigne
         seen.surface[c] = reals_select(mask, T * light->surface[c], zero);
         seen.normal[c] = reals_select(mask, transmittance[0] * light->normal[c], zero);
     }
-    add_layers(&k->sum, &seen, features);
+    add_layers(&k->sum, &k->samples.packet, &seen, features);
 }
 
 /* The light of m equal segments, one behind the other, is that of one times this: the sum of exp(-n depth) over n < m. */
@@ -388,7 +388,7 @@ ALWAYS_INLINE void add_segments(Segments *k, SegmentEnd *a, SegmentEnd *b, const
     if (__builtin_expect(k->samples.equals, 0))
         add_equals(k, &parts, &light, mask, features);
     composite(k, &light, mask, features);
-    if (features & FEATURE_EXTRA)
+    if (features & FEATURE_EXTRA && k->samples.packet.extra)
         FOR_LANES(i, mask_bits(mask))
             note_segment(k, a, b, &parts, i, features);
     for (int c = 0; c < channels_of(features); c++)
