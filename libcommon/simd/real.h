@@ -106,11 +106,13 @@ static inline real real_at_or_above(double a)
     return (double)r < a ? -real_below(-r) : r;
 }
 
-/* b > a, where a was rounded to `below`: rounded to the nearest that is still greater. */
-static inline real real_in_order(double a, real below, double b)
+/* b >= a, where a was taken to `before`: rounded to the nearest that keeps them in order, equal where they are equal. */
+static inline real real_in_order(double a, real before, double b)
 {
     real r = (real)b;
-    return b > a && !(r > below) ? -real_below(-below) : r;
+    if (b == a)
+        return before;
+    return r > before ? r : -real_below(-before);
 }
 
 /* What rounding a to r left out.  (Some compilers take r for a where they turn several of these into vectors.) */

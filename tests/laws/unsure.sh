@@ -27,7 +27,7 @@ done
 cat >near.json <<'END'
 {"pellucid": "transfer-function/1", "model": "unshaded", "isosurfaces":
  [{"value": 0.5, "color": [1, 0, 0], "opacity": 0.5}, {"value": 0.50000001, "color": [0, 1, 0], "opacity": 0.5},
-  {"value": 0.50000002, "color": [0, 0, 1], "opacity": 0.5}]}
+  {"value": 0.50000001, "color": [1, 1, 0], "opacity": 0.3}, {"value": 0.50000002, "color": [0, 0, 1], "opacity": 0.5}]}
 END
 must vol-gen -q -f --no-history field noise --size 16 -o noise.vdb
 for e in exact full integrals direct; do

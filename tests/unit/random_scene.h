@@ -10,6 +10,11 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Of the tables; a test may ask for finer ones. */
+#ifndef RANDOM_SCENE_NODES
+#define RANDOM_SCENE_NODES 33
+#endif
+
 #include "volume/grid.h"
 #include "trace/lights.h"
 #include "trace/trace.h"
@@ -286,7 +291,8 @@ __attribute__((unused)) static void random_scene(Random *r, int flags, RandomSce
     memset(s, 0, sizeof *s);
     s->grid = random_grid(r, flags, s);
     random_tf(r, flags, s->exponent, text, sizeof text);
-    scene_look(s, text, &(VolPreintOptions){.n = 33, .step = 0.2, .octaves = 1, .change = INFINITY, .threads = 1});
+    scene_look(s, text, &(VolPreintOptions){.n = RANDOM_SCENE_NODES, .step = 0.2, .octaves = 1, .change = INFINITY,
+                                            .threads = 1});
     s->lights[0] = vol_light_head();
     vol_light_parse("sun:1,-2,0.5:1,0.5,0.25", &s->lights[1], NULL);
     s->clip = (VolClip){{random_in(r, -1, 1), random_in(r, -1, 1), random_in(r, -1, 1)}, -1};
