@@ -41,13 +41,14 @@ ALWAYS_INLINE ints intervals_of(const TfTables *o, reals v)
         return count_up_to(o->edges + 1, o->knot_count, v, false);
     reals place = reals_clamp((v - o->bucket_lo) * o->bucket_scale, 0, KNOT_BUCKETS - 1);
     ints j = gather_ints(o->buckets, __builtin_convertvector(place, ints));
-    for (;;) {
+    for (int steps = o->bucket_steps; steps > 0; steps--) {
         /* Beside a hole v may be infinite: nothing is above the last edge. */
         ints above = (ints)(gather_reals(o->edges + 1, j) <= v) & (ints)(j < (lane_int)o->knot_count);
-        if (!any(above))
-            return j;
         j -= above;
+        if (steps > 1 && !any(above))
+            break;
     }
+    return j;
 }
 
 /* Both ends' of a range. */

@@ -45,20 +45,34 @@ static void free_tf_tables(TfTables *o)
     free_lookup(o);
 }
 
-/* Buckets of equal width from the first knot to the last.  A bucket tells the knots below the one before it, so that
- * rounding of the bucket's number never leads too far. */
+/* How many knots lie below where a bucket begins, or some buckets on. */
+static size_t knots_below(const TfTables *o, int bucket, real width, size_t from)
+{
+    const real *knots = o->edges + 1;
+    real edge = o->bucket_lo + (real)bucket / KNOT_BUCKETS * width;
+    while (from < o->knot_count && knots[from] < edge)
+        from++;
+    return from;
+}
+
+/* Buckets of equal width from the first knot to the last.  A bucket tells the knots below the one before it, and a search
+ * that begins there ends below the one after it at the latest, so that rounding of the bucket's number never leads astray.
+ * Values below the first knot are in the first bucket, those above the last one in the last. */
 static void fill_buckets(TfTables *o)
 {
     const real *knots = o->edges + 1;
-    size_t n = o->knot_count, k = 0;
+    size_t n = o->knot_count, below = 0, end = 0;
     real width = n > 1 ? knots[n - 1] - knots[0] : 0;
     o->bucket_lo = n ? knots[0] : 0;
     o->bucket_scale = width > 0 && isfinite(KNOT_BUCKETS / width) ? KNOT_BUCKETS / width : 0;
+    o->bucket_steps = o->bucket_scale > 0 ? 1 : (int32_t)n;
     for (int b = 0; b < KNOT_BUCKETS; b++) {
-        real edge = o->bucket_lo + (real)(b - 1) / KNOT_BUCKETS * width;
-        while (b > 1 && o->bucket_scale > 0 && k < n && knots[k] < edge)
-            k++;
-        o->buckets[b] = (int32_t)k;
+        if (b > 1 && o->bucket_scale > 0)
+            below = knots_below(o, b - 1, width, below);
+        o->buckets[b] = (int32_t)below;
+        end = b + 2 < KNOT_BUCKETS ? knots_below(o, b + 2, width, end) : n;
+        if (o->bucket_scale > 0 && (int32_t)(end - below) > o->bucket_steps)
+            o->bucket_steps = (int32_t)(end - below);
     }
 }
 

@@ -92,6 +92,7 @@ typedef struct TfTables {
     int32_t *next_visible; /* per interval: the first at or above it that is something; knot_count + 1: none */
     int32_t *buckets;      /* knots below the bucket's lower edge, at most: where a search may begin */
     real bucket_lo, bucket_scale;
+    int32_t bucket_steps;  /* and after how many knots it ends */
     Isosurface *isosurfaces;   /* ascending by value, equal values in list order */
     real *isosurface_values;
     size_t *falling; /* their numbers descending by value, equal values in list order */
