@@ -70,8 +70,11 @@ const VolVdbMetaList *vol_vdb_file_meta(const VolVdb *vdb);
 
 /* Index of the grid of that name, to the letter or as vol_vdb_label() has it; VOL_BAD_INPUT lists what is there (names and
  * types).  Among duplicates: the first.  `name` NULL: "density" if there (of several the first scalar one), else the only
- * scalar grid, else the list. */
+ * scalar grid that does not lie beside one, else the list. */
 VolStatus vol_vdb_find(const VolVdb *vdb, const char *name, size_t *index, VolError *err);
+
+/* Whether a grid of that name lies beside a volume and is none itself: light.K..., light.total, level0.light.total, mask. */
+bool vol_vdb_is_beside(const char *name);
 
 /* What users call grid `index`: its name; NAME[1] for the second of that name in the file, and so on; '' for none. */
 enum { VOL_VDB_LABEL = 300 };

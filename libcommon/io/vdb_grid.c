@@ -1,6 +1,7 @@
 /* Grids of an open VDB: what they are, finding one, checking its tree. */
 #include "io/vdb_private.h"
 
+#include <ctype.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -127,12 +128,19 @@ static bool find_density(const VolVdb *vdb, size_t *index)
     return find_nth(vdb, name, strlen(name), 0, index);
 }
 
-/* How many grids of scalars there are; *index: the last of them. */
+bool vol_vdb_is_beside(const char *name)
+{
+    static const char light[] = "light.", total[] = "light.total", coarse[] = "level0.light.total";
+    bool numbered = strncmp(name, light, sizeof light - 1) == 0 && isdigit((unsigned char)name[sizeof light - 1]);
+    return numbered || strcmp(name, total) == 0 || strcmp(name, coarse) == 0 || strcmp(name, "mask") == 0;
+}
+
+/* How many grids of scalars there are that may be a volume; *index: the last of them. */
 static size_t count_scalars(const VolVdb *vdb, size_t *index)
 {
     size_t scalars = 0;
     for (size_t i = 0; i < vdb->count; i++)
-        if (vol_vdb_components(vol_vdb_value(&vdb->grids[i].entry)) == 1) {
+        if (vol_vdb_components(vol_vdb_value(&vdb->grids[i].entry)) == 1 && !vol_vdb_is_beside(vdb->grids[i].entry.name)) {
             *index = i;
             scalars++;
         }

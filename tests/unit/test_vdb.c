@@ -571,6 +571,29 @@ static void test_finding_grids(void)
     vol_bytes_free(&bytes);
 }
 
+/* Light and masks lie beside a volume. */
+static void test_grids_beside(void)
+{
+    static const char *const beside[] = {"light.0.direct", "light.12.3.direct", "light.total", "level0.light.total", "mask"};
+    static const char *const volumes[] = {"light", "light.", "lights.0", "light.totals", "masks", ""};
+    VolVdbWriter *writer = new_writer(VOL_COMPRESS_BLOSC);
+    for (size_t i = 0; i < sizeof beside / sizeof *beside; i++) {
+        CHECK(vol_vdb_is_beside(beside[i]));
+        put_small(writer, beside[i], VOL_STORE_FLOAT, 1);
+    }
+    for (size_t i = 0; i < sizeof volumes / sizeof *volumes; i++)
+        CHECK(!vol_vdb_is_beside(volumes[i]));
+    put_small(writer, "heat", VOL_STORE_FLOAT, 2);
+    put_small(writer, "light.1.direct", VOL_STORE_FLOAT, 3);
+    VolBytes bytes = finish(writer);
+    VolVdb *vdb = open_copy(&bytes);
+    size_t index = 99;
+    CHECK(vol_vdb_find(vdb, NULL, &index, &err) == VOL_OK && value_of(vdb, index) == 2);
+    CHECK(vol_vdb_find(vdb, "light.0.direct", &index, &err) == VOL_OK && value_of(vdb, index) == 1);
+    vol_vdb_close(vdb);
+    vol_bytes_free(&bytes);
+}
+
 /* Unnamed grids are ''; a name that looks like a number of another is a name all the same. */
 static void test_odd_names(void)
 {
@@ -1175,6 +1198,7 @@ int main(void)
     RUN(test_metadata_of_every_kind);
     RUN(test_metadata_lists);
     RUN(test_finding_grids);
+    RUN(test_grids_beside);
     RUN(test_duplicate_names);
     RUN(test_odd_names);
     RUN(test_passing_is_exact);
