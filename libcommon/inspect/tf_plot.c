@@ -5,6 +5,7 @@
 #include "base/fmath.h"
 #include "io/pixels.h"
 #include "plot/raster.h"
+#include "tf/phase.h"
 
 enum { WIDTH = 720, PANEL = 240, LEFT = 70, RIGHT = 20, TOP = 44, BOTTOM = 36, STRIP = 12, POLAR = 420 };
 enum { PAPER = 0xffffff, INK = 0x202020, PALE = 0xdddddd, BAR = 0xb8c4d0 };
@@ -173,18 +174,10 @@ static void draw_panel(Plot *plot, Kind kind, int top)
 
 static double phase_at(const VolTf *tf, int channel, double cosine)
 {
-    const VolTfNodes *table = &tf->phase_table;
-    if (!table->count) {
-        double g = tf->phase_hg, d = 1 + g * g - 2 * g * cosine;
-        return (1 - g * g) / (d * sqrt(d));
-    }
-    size_t after = 0;
-    while (after < table->count && table->nodes[after].v <= cosine)
-        after++;
-    const VolTfNode *p = &table->nodes[after ? after - 1 : 0];
-    const VolTfNode *q = &table->nodes[after < table->count ? after : table->count - 1];
-    double u = q->v > p->v ? fmin(fmax((cosine - p->v) / (q->v - p->v), 0), 1) : 0;
-    return p->color[channel] + u * (q->color[channel] - p->color[channel]);
+    const VolPhase phase = vol_phase_of(tf);
+    double rgb[3];
+    vol_phase_at(&phase, cosine, rgb);
+    return rgb[channel];
 }
 
 enum { AROUND = 720 };
