@@ -1,0 +1,5 @@
+/* Diffusion's heavy loops with AVX2. */
+#include "light/diffusion_tmpl.h"
+
+const VolDiffusionKernels vol_diffusion_kernels_avx2 = {diffusion_transform, diffusion_solve, diffusion_preview_rows,
+                                                    diffusion_preview_slice};
