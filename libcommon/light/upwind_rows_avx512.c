@@ -1,0 +1,4 @@
+/* Rows of the upwind scheme with AVX-512. */
+#include "light/upwind_tmpl.h"
+
+void vol_upwind_rows_avx512(const VolUpwindWay *way, const VolUpwindRow *rows, int count) { upwind_rows(way, rows, count); }
