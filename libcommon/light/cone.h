@@ -2,9 +2,9 @@
  *
  * From plane to plane, I_{k+1} = T_k Blur(I_k): T_k is what the medium lets through on the way along each ray, per channel.
  * The blur's variance along each of two axes across the light grows by `rate` times the path, whatever the planes'
- * distance: blur_length tan^2(angle / 2) / 2.  Planes stand across the light: of a sun across its direction, of a spot across its axis,
- * of a point across the direction to the domain's middle; rays of the latter two spread, and with them what was blurred
- * before.  I is 1 before the domain, a spot's profile there, and is as it was there beyond the planes' edges. */
+ * distance: blur_length tan^2(angle / 2) / 2.  Planes stand across the light: of a sun across its direction, of a spot
+ * across its axis, of a point across the direction to the domain's middle; rays of the latter two spread, and with them what
+ * was blurred before.  I is 1 before the domain, a spot's profile there, and is as it was there beyond the planes' edges. */
 #ifndef VOL_LIGHT_CONE_H
 #define VOL_LIGHT_CONE_H
 
