@@ -17,6 +17,7 @@
 
 #include "base/mem.h"
 #include "base/pool.h"
+#include "light/strength.h"
 
 enum { BLOCK = 8, DIRECTIONS = 3, MOST_STRIDES = 20 }; /* along both axes, and along a diagonal */
 
@@ -38,17 +39,6 @@ static size_t point_at(const VolConePlanes *p, int32_t i, int32_t j) { return (s
 
 /* ---- Before the domain ---- */
 
-/* What a spot sends along a ray, smoothly from nothing at the edge to all; others: 1. */
-static double profile_of(const VolLight *light, VolVec3 way)
-{
-    if (light->kind != VOL_LIGHT_SPOT)
-        return 1;
-    double cosine = vol_dot(way, light->direction) / vol_length(way);
-    double s = (cosine - light->cos_edge) / (light->cos_full - light->cos_edge);
-    s = s < 0 ? 0 : s > 1 ? 1 : s;
-    return s * s * (3 - 2 * s);
-}
-
 static void set_start(Solver *s)
 {
     const VolCone *cone = s->of;
@@ -57,7 +47,7 @@ static void set_start(Solver *s)
         for (int32_t j = 0; j < p->size[1]; j++) {
             size_t at = point_at(p, i, j);
             VolVec3 way = vol_sub(vol_cone_place(p, 0, i, j), p->origin);
-            s->start[at] = cone->start ? cone->start[at] : (float)profile_of(cone->light, way);
+            s->start[at] = cone->start ? cone->start[at] : (float)vol_spot_profile(cone->light, way);
         }
 }
 

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/fmath.h"
 #include "base/mem.h"
@@ -151,6 +152,14 @@ VolStatus vol_diffusion_check(const VolDiffusion *diffusion, VolError *err)
     return VOL_OK;
 }
 
+static bool is_moved(const VolDiffusion *d, int c)
+{
+    bool moved = false;
+    for (int a = 0; a < 3; a++)
+        moved = moved || (d->s[c][a] > 0 && d->n[a] > 1);
+    return moved;
+}
+
 VolStatus vol_diffuse(const VolDiffusion *diffusion, double *residual, VolError *err)
 {
     VolStatus status = vol_diffusion_check(diffusion, err);
@@ -158,5 +167,15 @@ VolStatus vol_diffuse(const VolDiffusion *diffusion, double *residual, VolError 
         return status;
     if (residual)
         *residual = 0;
-    return diffusion->medium ? vol_diffuse_masked(diffusion, residual, err) : diffuse_box(diffusion, err);
+    VolDiffusion some = *diffusion; /* channels that change */
+    some.channels = 0;
+    for (int c = 0; c < diffusion->channels; c++) {
+        if (!is_moved(diffusion, c))
+            continue;
+        some.field[some.channels] = diffusion->field[c];
+        memcpy(some.s[some.channels++], diffusion->s[c], sizeof some.s[0]);
+    }
+    if (!some.channels)
+        return VOL_OK;
+    return some.medium ? vol_diffuse_masked(&some, residual, err) : diffuse_box(&some, err);
 }
