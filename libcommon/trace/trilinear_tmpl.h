@@ -28,7 +28,10 @@ ALWAYS_INLINE Cubic expand_cell(const reals c[8], const reals p[3], const reals 
     reals B1 = reals_fma(kq, yz1, reals_fma(kxz, z1, kxy * y1));
     reals B2 = kq * yz2;
     Cubic v;
-    v.a0 = reals_fma(B0, x0, A0);
+    /* All that is added to c000 first, so that only one rounding is of its size; but where that would all but cancel it. */
+    reals rest = reals_fma(B0, x0, reals_fma(kyz, yz0, reals_fma(kz, z0, ky * y0)));
+    ints small = (ints)(reals_abs(rest) <= (real)0.5 * reals_abs(c[0]));
+    v.a0 = reals_select(small, c[0] + rest, reals_fma(B0, x0, A0));
     v.a1 = reals_fma(B0, x1, reals_fma(B1, x0, A1));
     v.a2 = reals_fma(B1, x1, reals_fma(B2, x0, A2));
     v.a3 = B2 * x1;
