@@ -186,6 +186,23 @@ static VolStatus keep_history(Job *job, const VolVdb *vdb, VolError *err)
     return job->prior_history ? VOL_OK : vol_fail_memory(err, meta->size);
 }
 
+/* Whether the transfer function has anything that light falls on. */
+static bool is_lit_up(const VolTf *tf) { return tf->scatter.count || tf->surface.count || tf->isosurface_count; }
+
+static VolStatus load_light(Job *job, const VolVdb *vdb, VolError *err)
+{
+    if (!vol_has_light_grids(vdb))
+        return VOL_OK;
+    if (options.light.count)
+        return vol_fail(err, VOL_USAGE, "--light together with light grids: they say where light comes from");
+    if (!is_lit_up(&job->assembly.appearance.tf))
+        return VOL_OK;
+    VolStatus status = vol_load_light_grids(vdb, job->run->threads, &job->run->log, &job->assembly.light_grids, err);
+    if (status && status != VOL_USAGE && !strstr(err->text, vol_input_name(run_input(job->run))))
+        vol_fail_within(err, status, "cannot read '%s'", vol_input_name(run_input(job->run)));
+    return status;
+}
+
 static VolStatus load_volume(Job *job, VolError *err)
 {
     const char *path = run_input(job->run);
@@ -204,6 +221,8 @@ static VolStatus load_volume(Job *job, VolError *err)
     status = vol_vdb_open(bytes, vol_input_name(path), &vdb, err);
     if (!status)
         status = keep_history(job, vdb, err);
+    if (!status)
+        status = load_light(job, vdb, err);
     if (!status) {
         status = vol_load_volume(vdb, options.grid, options.precise, job->run->threads, &job->run->log,
                                  &job->assembly.volume, err);
@@ -219,6 +238,8 @@ static VolStatus set_lights(Job *job, VolError *err)
 {
     const VolTextList *lights = &options.light;
     VolStatus status = vol_assemble_lights(&job->assembly, lights->words, lights->count, err);
+    if (!status)
+        status = vol_assemble_light_grids(&job->assembly, err);
     const VolTfCompiled *tf = job->assembly.scene.tf;
     if (!status && lights->count && (tf->has_scatter || tf->has_emit) && tf->model == VOL_MODEL_HYBRID)
         vol_warn(&job->run->log, "--light shades surfaces only: without light grids particles stay unlit");

@@ -38,6 +38,20 @@ VolStatus vol_assemble_lights(VolAssembly *assembly, const char *const *specs, s
     return VOL_OK;
 }
 
+VolStatus vol_assemble_light_grids(VolAssembly *assembly, VolError *err)
+{
+    VolLightGrids *grids = &assembly->light_grids;
+    VolStatus status = vol_light_grids_check(grids, &assembly->volume, err);
+    if (status || !grids->lit.grid_count)
+        return status;
+    vol_lit_settle(&grids->lit, &assembly->volume);
+    grids->lit.phase = vol_phase_of(&assembly->appearance.tf);
+    assembly->scene.lights = grids->lights;
+    assembly->scene.light_count = grids->light_count;
+    assembly->scene.lit = &grids->lit;
+    return VOL_OK;
+}
+
 VolStatus vol_assemble_clips(VolAssembly *assembly, const char *const *planes, size_t count, VolError *err)
 {
     assembly->clips = vol_alloc(count, sizeof *assembly->clips);
@@ -97,6 +111,7 @@ void vol_assembly_free(VolAssembly *assembly)
 {
     vol_volume_free(&assembly->volume);
     vol_appearance_free(&assembly->appearance);
+    vol_light_grids_free(&assembly->light_grids);
     free(assembly->lights);
     free(assembly->clips);
     *assembly = (VolAssembly){0};

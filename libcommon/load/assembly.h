@@ -4,6 +4,7 @@
 
 #include "base/log.h"
 #include "load/appearance.h"
+#include "load/light_grids.h"
 #include "trace/scene.h"
 
 typedef struct VolAssembly {
@@ -11,6 +12,7 @@ typedef struct VolAssembly {
     VolAppearance appearance;
     VolLight *lights;
     VolClip *clips;
+    VolLightGrids light_grids;
     VolScene scene; /* of the above, which all belong to the assembly */
 } VolAssembly;
 
@@ -20,6 +22,10 @@ VolStatus vol_assemble_appearance(VolAssembly *assembly, const VolAppearanceSett
 
 /* Of specifications as in lights.h; none: one light from the eye.  VOL_USAGE. */
 VolStatus vol_assemble_lights(VolAssembly *assembly, const char *const *specs, size_t count, VolError *err);
+
+/* Those of the light grids, if there are any, which light the scene from then on; when the volume and its appearance are
+ * there.  VOL_BAD_INPUT: they do not cover the volume. */
+VolStatus vol_assemble_light_grids(VolAssembly *assembly, VolError *err);
 
 /* Of "NX,NY,NZ,D": keeps n.x >= D, world units.  VOL_USAGE. */
 VolStatus vol_assemble_clips(VolAssembly *assembly, const char *const *planes, size_t count, VolError *err);

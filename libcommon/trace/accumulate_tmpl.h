@@ -179,6 +179,8 @@ static inline const FeaturesKernel *kernel_for(const VolTraceCall *call, const F
     unsigned features = PREPARED_TABLES(call->prepared)->features;
     if (call->prepared->scene->layers || call->listener)
         features |= FEATURE_EXTRA;
+    if (call->prepared->scene->lit)
+        features |= FEATURE_LIT;
     size_t n = 0;
     while (n + 1 < count && (features & ~kernels[n].features || (features ^ kernels[n].features) & same))
         n++;

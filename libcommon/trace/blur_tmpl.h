@@ -246,7 +246,7 @@ static void give_up_jumps(Exact *k, ints mask, const SubInterval *p, reals shown
         return;
     Shading sides[2];
     reals jump = reals_all(0);
-    shade_at(k, 2, around, sides);
+    shade_at(k, 2, around, NULL, sides);
     for (int c = 0; c < 3; c++)
         jump = reals_max(jump, reals_abs(sides[1].k[c] - sides[0].k[c]) + reals_abs(sides[1].b[c] - sides[0].b[c]));
     give_up_beyond(k, mask, share * jump, features);

@@ -15,6 +15,7 @@ typedef struct Fed {
     ints valid;          /* not in a hole */
     ints own;            /* a step belongs to it that may be something */
     ints interval, isosurfaces_below; /* of the transfer function; isosurfaces up to v */
+    reals lit[3];        /* the light on what scatters, where there are light grids */
     reals length;        /* of the step */
     reals gradient[3], steepest; /* world space, where the step is shaded; of those that it comes from */
     Doubles number;
@@ -117,6 +118,12 @@ ALWAYS_INLINE void add_particles(March *m, unsigned features, bool together)
     Step step;
     load_properties(o, interval, seen, features, &in);
     particles_of(&in, v - in.ref, features, &step);
+    if (features & FEATURE_LIT && m->s.packet.lit) {
+        reals place = m->s.j * (real)m->s.h, lit[1][3];
+        lit_on_particles(&m->s.packet, 1, &place, seen, lit);
+        for (int c = 0; c < 3; c++)
+            step.scatter[c] *= lit[0][c];
+    }
     m->sum.cells -= seen;
     if (__builtin_expect(m->s.equals, 0))
         m->sum.cells += samples_beside(&m->s, seen);

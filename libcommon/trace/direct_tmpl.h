@@ -30,6 +30,14 @@
 
 enum { FEATURES_THAT_WAIT = FEATURE_SURFACE | FEATURE_ISO | FEATURE_SHADED };
 
+/* Places in light grids count from the run's first sample. */
+static inline void move_to_run(Samples *s, unsigned i)
+{
+    double t[LANES];
+    t[i] = sample_time(s, i, s->first[i]);
+    lit_move(&s->packet, mask_of(1u << i), t);
+}
+
 /* Lane i goes on to its next run of samples. */
 static inline void enter(March *m, unsigned i, unsigned features)
 {
@@ -48,6 +56,8 @@ static inline void enter(March *m, unsigned i, unsigned features)
             come_to(m, i, first, features);
         s->visiting[i] &= s->packet.alive[i];
     }
+    if (features & FEATURE_LIT && s->packet.lit)
+        move_to_run(s, i);
 }
 
 /* The rays go on together. */
@@ -101,6 +111,7 @@ static void march_emission_together(void *m) { march_samples(m, FEATURE_EMIT | F
 static void march_particles(void *m) { march_samples(m, 0, false); }
 static void march_emission(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED, false); }
 static void march_alone(void *m) { march_samples(m, FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA, false); }
+static void march_lit(void *m) { march_samples(m, FEATURE_LIT, false); }
 static void march_surfaces(void *m) { march_samples(m, FEATURE_SURFACE, false); }
 static void march_shaded_surfaces(void *m) { march_samples(m, FEATURE_SURFACE | FEATURE_SHADED, false); }
 static void march_shaded_isosurfaces(void *m) { march_samples(m, FEATURE_ISO | FEATURE_SHADED, false); }
@@ -112,6 +123,7 @@ static void trace_direct(const VolTraceCall *call)
 {
     static const FeaturesKernel kernels[] = {{0, march_particles},
                                              {FEATURE_EMIT | FEATURE_COLOURED, march_emission},
+                                             {FEATURE_LIT, march_lit},
                                              {FEATURE_EMIT | FEATURE_COLOURED | FEATURE_EXTRA, march_alone},
                                              {FEATURE_SURFACE, march_surfaces},
                                              {FEATURE_SURFACE | FEATURE_SHADED, march_shaded_surfaces},

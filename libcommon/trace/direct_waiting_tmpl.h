@@ -31,6 +31,15 @@ static Times times_waiting(const March *m)
     return times_of(t);
 }
 
+/* Where they are in light grids. */
+static reals place_waiting(const March *m, ints mask)
+{
+    double t[LANES] = {0};
+    FOR_LANES(i, mask_bits(mask))
+        t[i] = sample_time(&m->s, i, doubles_lane(&m->last.number, (int)i));
+    return lit_place(&m->s.packet, mask, t);
+}
+
 /* Steps that are many equal ones, through a constant medium: lights that stand somewhere by their mean over all of it. */
 MAYBE_UNUSED static void shade_long_steps(const March *m, ints mask, const Step *step, Shading *sh)
 {
@@ -95,6 +104,9 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
     Shading sh;
     load_properties(o, m->last.interval, seen, features, &in);
     reals x = m->last.v - in.ref;
+    const bool is_lit = features & FEATURE_LIT && m->s.packet.lit;
+    const reals at = is_lit ? place_waiting(m, seen) : zero;
+    const LitPlaces places = {&at, seen, features & FEATURE_CLASSIC ? ints_all(0) : seen, NULL, {0}};
     ints surface = seen & (ints)(in.has_surface > 0), shaded = {0};
     *step = (Step){0};
     particles_of(&in, x, features, step);
@@ -102,19 +114,24 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
         shaded = seen & shaded_intervals(o, m->last.interval, features);
         if (any(shaded)) {
             Times times = times_waiting(m);
-            shade_lanes(&m->s.packet, m->last.gradient, &times, &sh);
+            shade_lanes(&m->s.packet, m->last.gradient, &times, is_lit ? &places : NULL, &sh);
         }
+    } else if (features & FEATURE_SURFACE && is_lit && any(surface)) {
+        light_evenly(&m->s.packet, 1, &places, &sh);
     }
     if (features & FEATURE_CLASSIC && any(shaded)) {
         if (m->s.packet.prepared->lit_from_places)
             shade_long_steps(m, shaded & (ints)(m->last.length > (real)(1.5 * m->s.h)), step, &sh);
         reals scatter = reals_max(property_at(in.scatter, x), zero), factor[3];
         check_step_shading(m, &sh, scatter * m->last.length, shaded, features);
-        classic_factors_at(o, x, in.surfaceness, &sh, factor);
+        classic_factors_at(o, x, in.surfaceness, &sh, is_lit ? m->last.lit : NULL, factor);
         for (int c = 0; c < 3; c++) {
             step->scatter[c] = reals_select(shaded, step->scatter[c] * factor[c], step->scatter[c]);
             step->normal[c] = reals_where(shaded, scatter * sh.normal[c]);
         }
+    } else if (is_lit) {
+        for (int c = 0; c < 3; c++)
+            step->scatter[c] *= m->last.lit[c];
     }
     if (features & FEATURE_SURFACE && any(surface)) {
         reals dense = slopes(m, next, next_valid) * reals_max(property_at(in.surface, x), zero);
@@ -128,6 +145,8 @@ ALWAYS_INLINE void classify(March *m, const Fed *next, ints next_valid, ints see
             if (features & FEATURE_SHADED) {
                 color = reals_where(surface, shaded_color(&sh, c, color, reals_all(1)));
                 step->normal[c] = reals_select(surface, dense * sh.normal[c], step->normal[c]);
+            } else if (is_lit) {
+                color *= reals_where(surface, sh.k[c]);
             }
             step->surface[c] = dense * color;
         }
@@ -173,25 +192,33 @@ ALWAYS_INLINE void add_steps(March *m, const Step *step, ints mask, reals length
 
 /* ---- Isosurfaces ---- */
 
-static void cross_between_samples(March *m, unsigned i, const Isosurface *isosurface, double t, unsigned features)
+static void cross_between_samples(March *m, unsigned i, const Isosurface *isosurface, double t, bool rising,
+                                  unsigned features)
 {
     RayPacket *l = &m->s.packet;
     Shading sh;
+    const bool is_lit = features & FEATURE_LIT && l->lit;
+    const reals at = is_lit ? reals_all((real)(t - l->lit->base[i])) : reals_all(0);
+    real value[LANES];
+    value[i] = isosurface->value;
+    const LitPlaces places = {&at, mask_of(1u << i), mask_of(1u << i), value, ints_all(rising ? -1 : 0)};
     if (features & FEATURE_SHADED) {
         Place place = place_of_time(&m->s, i, t);
         real there[3];
         real steepest = traversal_gradient(&m->s.way, l, &place, there);
         reals gradient[3] = {reals_all(there[0]), reals_all(there[1]), reals_all(there[2])};
         Times times = time_of(t);
-        shade_lanes(l, gradient, &times, &sh);
+        shade_lanes(l, gradient, &times, is_lit ? &places : NULL, &sh);
         reals opacity = reals_all((real)isosurface->opacity);
         ints unsure = may_be_unsure(l, &sh, reals_all(steepest), opacity, mask_of(1u << i));
         if (__builtin_expect(any(unsure), 0)) {
             reals doubt = doubt_of(l, &sh, reals_all(steepest), &times);
             end_marches(m, where_doubt_shows(&m->sum, doubt, opacity, unsure, features));
         }
+    } else if (is_lit) {
+        light_evenly(l, 1, &places, &sh);
     }
-    cross_isosurface(&m->sum, l, i, isosurface, t, features & FEATURE_SHADED ? &sh : NULL, features);
+    cross_isosurface(&m->sum, l, i, isosurface, t, features & FEATURE_SHADED || is_lit ? &sh : NULL, features);
     end_opaque_marches(m, mask_of(1u << i), features);
 }
 
@@ -219,7 +246,7 @@ static void cross_between(March *m, unsigned i, Sample a, Sample b, double from,
             continue;
         add_until(m, i, step, t, features);
         if (m->waiting[i])
-            cross_between_samples(m, i, isosurface, t, features);
+            cross_between_samples(m, i, isosurface, t, rising, features);
     }
 }
 
@@ -294,6 +321,8 @@ ALWAYS_INLINE void feed(March *m, const Fed *next, ints mask, unsigned features)
     m->valid_before = ints_select(mask, m->last.valid & m->waiting, m->valid_before);
     m->isosurfaces_before = ints_select(mask, m->last.isosurfaces_below, m->isosurfaces_before);
     replace_fed(&m->last, next, mask, features);
+    for (int c = 0; c < 3 && features & FEATURE_LIT && m->s.packet.lit; c++)
+        m->last.lit[c] = reals_select(mask, next->lit[c], m->last.lit[c]);
     m->waiting |= mask;
 }
 
@@ -320,6 +349,12 @@ ALWAYS_INLINE void feed_next(March *m, unsigned features)
         next.steepest = reals_all(0);
         if (any(shaded))
             next.steepest = traversal_sample_gradients(&s->way, &s->packet, &at, shaded, next.gradient);
+    }
+    if (features & FEATURE_LIT && s->packet.lit) {
+        reals place = s->j * (real)s->h;
+        ints seen = next.valid & s->way.shows & intervals_visible(o, next.interval);
+        if (any(seen))
+            lit_on_particles(&s->packet, 1, &place, seen, &next.lit);
     }
     for (int i = 0; i < LANES; i++)
         doubles_set(&next.number, i, s->first[i] + (double)s->j[i]);

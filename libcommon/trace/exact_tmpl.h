@@ -81,7 +81,8 @@ ALWAYS_INLINE void take_cells(Exact *k, ints mask, const Cell *cell, const CellP
 ALWAYS_INLINE void look_at_cells(Exact *k, ints mask, unsigned features)
 {
     const TfTables *o = k->packet.tables;
-    const bool bounded = features & FEATURE_ISO || o->jumps;
+    const bool is_lit = features & FEATURE_LIT && features & (FEATURE_SURFACE | FEATURE_ISO) && k->packet.lit;
+    const bool bounded = features & FEATURE_ISO || o->jumps || is_lit;
     Cell cell;
     CellPlace place;
     ints met = traversal_next_cells(&k->way, &k->packet, mask, bounded, features, &cell, &place), meets_iso = {0};
@@ -110,6 +111,10 @@ ALWAYS_INLINE void look_at_cells(Exact *k, ints mask, unsigned features)
     if (!any(seen))
         return;
     ints many = (ints)(low != high) | meets_iso;
+    if (is_lit)
+        FOR_LANES(i, mask_bits(seen))
+            k->in_surface[i] =
+                vol_reach_is_surface(k->packet.scene, (double)cell.least[i], (double)cell.most[i]) ? -1 : 0;
     if (features & FEATURE_SURFACE)
         many |= (ints)(gather_reals(&o->intervals[0].has_surface, low * INTERVAL_REALS) > 0);
     take_cells(k, seen, &cell, &place, low, many, features);
@@ -124,9 +129,12 @@ ALWAYS_INLINE void traverse(Exact *k, unsigned features)
         ints wanted = k->packet.alive & ~k->in_cell;
         if (!any(wanted))
             return;
-        FOR_LANES(i, mask_bits(wanted & ~k->way.in_stretch))
+        ints entering = wanted & ~k->way.in_stretch;
+        FOR_LANES(i, mask_bits(entering))
             traversal_enter_cells(&k->way, &k->packet, i, features);
         wanted &= k->packet.alive;
+        if (features & FEATURE_LIT && k->packet.lit)
+            lit_move(&k->packet, entering & k->packet.alive, stretch_begin(&k->way));
         if (any(wanted))
             look_at_cells(k, wanted, features);
     }
@@ -325,6 +333,15 @@ ALWAYS_INLINE void add_light_of(Exact *k, const SubInterval *p, const Light *sen
     add_layers(&k->sum, &k->packet, &seen, features);
 }
 
+/* In u of the segment: up to `end`, or to where light grids bend before that. */
+MAYBE_UNUSED static reals end_of_even_light(const Exact *k, reals end)
+{
+    reals whole = k->stop - k->s, from = reals_fma(whole, k->done, k->s);
+    reals to = (lit_until(&k->packet, lit_in_cell(k, from)) - k->begin) / k->length;
+    reals u = (to - k->s) / whole;
+    return reals_select((ints)(u > k->done) & (ints)(u < end), u, end);
+}
+
 /* Integrates a sub-interval: to the segment's end, or as far as an optical depth of 1 or the bends of the gradient allow. */
 ALWAYS_INLINE void integrate(Exact *k, unsigned features)
 {
@@ -344,6 +361,8 @@ ALWAYS_INLINE void integrate(Exact *k, unsigned features)
         take_gradients(k, shaded);
         end = reals_select(shaded, end_of_gentle_turn(k, shaded), end);
     }
+    if (features & FEATURE_LIT && k->packet.lit && k->packet.scene->lit->apart)
+        end = end_of_even_light(k, end);
     cut_sub_interval(k, &in, features, end, &p);
     reals optical_depth = largest_optical_depth(k, &p, features);
     ints dense = seen & (ints)(optical_depth > 1);
@@ -362,9 +381,9 @@ ALWAYS_INLINE void integrate(Exact *k, unsigned features)
     const unsigned plain = features & ~(unsigned)(FEATURE_SHADED | FEATURE_CLASSIC | FEATURE_SURFACE);
     dense = seen & (ints)(optical_depth > 1);
     if (plain == features || !any(shaded)) {
-        sub_interval_light(k, &in, &p, dense, plain, &light);
+        sub_interval_light(k, &in, &p, seen, dense, plain, &light);
     } else {
-        sub_interval_light(k, &in, &p, dense, features, &light);
+        sub_interval_light(k, &in, &p, seen, dense, features, &light);
         if (features & FEATURE_SHADED)
             give_up_faint(k, shaded, &p, optical_depth, features);
     }
@@ -396,15 +415,23 @@ MAYBE_UNUSED static void cross_all(Exact *k, ints mask, unsigned features)
         crossing[n] = k->event_first[n] < k->event_last[n] ? -1 : 0;
     if (!any(crossing))
         return;
+    const reals at = lit_in_cell(k, k->s);
+    real value[LANES];
+    FOR_LANES(n, mask_bits(crossing))
+        value[n] = k->packet.tables->isosurface_values[k->event_first[n]];
+    const LitPlaces places = {&at, crossing, crossing, value, (ints)(k->leg_v > k->va)};
+    const bool is_lit = features & FEATURE_LIT && k->packet.lit;
     if (features & FEATURE_SHADED) {
         take_gradients(k, crossing);
         crossing = give_up_unsure_normals(k, crossing, features);
-        shade_at(k, 1, &k->s, &sh);
+        shade_at(k, 1, &k->s, is_lit ? &places : NULL, &sh);
+    } else if (is_lit) {
+        light_evenly(&k->packet, 1, &places, &sh);
     }
     FOR_LANES(i, mask_bits(crossing)) {
         for (size_t n = k->event_first[i]; n < k->event_last[i] && !ray_is_opaque(k, i, features); n++)
             cross_isosurface(&k->sum, &k->packet, i, &k->packet.tables->isosurfaces[n], cell_time(k, i, k->s[i]),
-                             features & FEATURE_SHADED ? &sh : NULL, features);
+                             features & FEATURE_SHADED || is_lit ? &sh : NULL, features);
         k->event_first[i] = k->event_last[i] = 0;
     }
     end_opaque_rays(k, crossing, features);
@@ -443,6 +470,7 @@ ALWAYS_INLINE void trace_lanes(Exact *k, unsigned features)
 }
 
 static void trace_particles(void *k) { trace_lanes(k, 0); }
+static void trace_lit_particles(void *k) { trace_lanes(k, FEATURE_LIT); }
 static void trace_emission(void *k) { trace_lanes(k, FEATURE_EMIT | FEATURE_COLOURED); }
 static void trace_surfaces(void *k) { trace_lanes(k, FEATURE_SURFACE); }
 static void trace_shaded_surfaces(void *k) { trace_lanes(k, FEATURE_SURFACE | FEATURE_SHADED); }
@@ -455,12 +483,14 @@ static void exact_begin(Exact *k, const VolTraceCall *call, size_t first)
 {
     CLEAR_FROM(k, sum);
     packet_begin(&k->packet, call, first);
+    lit_begin(&k->packet);
     traversal_begin(&k->way, &k->packet, false);
 }
 
 static void trace_exact(const VolTraceCall *call)
 {
     static const FeaturesKernel kernels[] = {{0, trace_particles},
+                                             {FEATURE_LIT, trace_lit_particles},
                                              {FEATURE_EMIT | FEATURE_COLOURED, trace_emission},
                                              {FEATURE_SURFACE, trace_surfaces},
                                              {FEATURE_SURFACE | FEATURE_SHADED, trace_shaded_surfaces},

@@ -66,14 +66,15 @@ ALWAYS_INLINE void begin_cells(Traversal *w, unsigned i, const BrickSpan *span, 
     }
 }
 
-/* A brick of one value counts as one cell where the classic model does not light what is in it from place to place. */
+/* A brick of one value counts as one cell where nothing lights what is in it from place to place, as the classic model and
+ * light grids do. */
 static inline bool traversal_enter_cells(Traversal *w, RayPacket *l, unsigned i, unsigned features)
 {
     BrickSpan span;
     if (!enter_brick(w, l, i, true, &span))
         return false;
     bool uniform = vol_brick_is_uniform(&l->scene->volume.grid->bricks[span.brick]);
-    begin_cells(w, i, &span, span.wide || (uniform && !(features & FEATURE_CLASSIC)));
+    begin_cells(w, i, &span, span.wide || (uniform && !(features & FEATURE_CLASSIC) && !l->lit));
     w->u[i] = 0;
     w->end[i] = (real)(span.t1 - span.t0);
     if (features & FEATURE_ISO || judges_ends(features))

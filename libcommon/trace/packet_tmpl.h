@@ -27,6 +27,7 @@ typedef struct RayPacket {
     const VolRay *rays;
     size_t count;
     VolRadiance *out;
+    struct LitRays *lit; /* light grids under the rays (lit_tmpl.h); NULL: the scene has none */
     bool extra; /* layers beside RGBA are wanted, or there is a listener: general kernels know only when they run */
     reals view[3]; /* world, towards the eye */
     reals termination_depth;

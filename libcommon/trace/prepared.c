@@ -9,13 +9,13 @@
 #include "base/mem.h"
 #include "tf/limits.h"
 #include "trace/conditioning.h"
+#include "trace/lit.h"
 #include "trace/tf_tables.h"
 
-/* Largest radiance that the lights can make of base colour `color`. */
-static double shaded_bound(const VolPrepared *p, double color)
+/* The most that all lights together send to any place, in any channel. */
+static double sent_bound(const VolPrepared *p)
 {
     const VolScene *scene = p->scene;
-    const VolTfCompiled *tf = scene->tf;
     double bound = 0;
     for (int c = 0; c < 3; c++) {
         double light = 0;
@@ -23,9 +23,19 @@ static double shaded_bound(const VolPrepared *p, double color)
             const VolLight *l = &scene->lights[i];
             light += vol_light_stands(l) ? l->rgb[c] / (p->nearest_light * p->nearest_light) : l->rgb[c];
         }
-        bound = fmax(bound, light * ((tf->ambient + tf->diffuse) * color + tf->specular));
+        bound = fmax(bound, light);
     }
     return bound;
+}
+
+/* Largest radiance that the lights can make of base colour `color`. */
+static double shaded_bound(const VolPrepared *p, double color)
+{
+    const VolTfCompiled *tf = p->scene->tf;
+    double light = sent_bound(p);
+    if (p->scene->lit) /* ambient light may be the indirect, or what is sent */
+        light = fmax(light, vol_lit_bound(p->scene, light, false));
+    return light * ((tf->ambient + tf->diffuse) * color + tf->specular);
 }
 
 /* `emitted`: a bound on what emission may still send, beside what is reflected and seen through. */
@@ -50,6 +60,8 @@ static void set_bounds(VolPrepared *p)
     if (p->shaded)
         p->color_bound = fmax(tf->max_color, classic ? tf->max_color * shaded_bound(p, 1)
                                                      : shaded_bound(p, tf->max_color));
+    if (scene->lit)
+        p->color_bound = fmax(p->color_bound, tf->max_color * vol_lit_bound(scene, sent_bound(p), true));
     p->termination_opacity = scene->termination_opacity;
     if (p->termination_opacity == 0)
         p->termination_opacity = scene->precise ? 0x1p-60 : 0x1p-28;
@@ -118,12 +130,16 @@ static VolStatus check_brightness(const VolPrepared *p, VolError *err)
     const VolTfCompiled *tf = p->scene->tf;
     double light = p->shaded ? brightest_light(p) : 0, shading = tf->ambient + tf->diffuse + tf->specular;
     double lit = p->shaded ? light * shading * fmax(1, tf->max_color) : 0, most = fmax(tf->max_color, fmax(light, lit));
+    if (p->scene->lit) {
+        lit = fmax(lit, vol_lit_bound(p->scene, brightest_light(p), true) * fmax(1, shading) * fmax(1, tf->max_color));
+        most = fmax(most, lit);
+    }
     double way = vol_volume_is_empty(&p->scene->volume) ? 0 : vol_volume_longest_way(&p->scene->volume);
     if (!(most <= VOL_BRIGHTEST))
         return vol_fail(err, light > 1 ? VOL_USAGE : VOL_BAD_INPUT,
                         "colours and lights make places as bright as %.3g, more than %g: a picture could not hold it", most,
                         VOL_BRIGHTEST);
-    if (!(densest(tf) * fmax(tf->max_color, tf->model == VOL_MODEL_CLASSIC ? lit : 0) <= MOST_NUMBER))
+    if (!(densest(tf) * fmax(tf->max_color, p->scene->lit || tf->model == VOL_MODEL_CLASSIC ? lit : 0) <= MOST_NUMBER))
         return vol_fail(err, VOL_BAD_INPUT, "particles scatter more than %g per world unit: a picture could not hold it",
                         MOST_NUMBER);
     double emitted = tf->max_emit * way;
@@ -137,7 +153,7 @@ VolStatus vol_scene_prepare(const VolScene *scene, VolPrepared *out, VolError *e
 {
     *out = (VolPrepared){.scene = scene};
     set_bounds(out);
-    out->space.margin = out->shaded ? 1 : 0; /* gradients may differ from 0 there */
+    out->space.margin = scene->lit ? VOL_ROOT_CELLS : out->shaded ? 1 : 0; /* gradients may differ from 0 there */
     VolStatus status = check_brightness(out, err);
     if (!status)
         status = vol_empty_space_find(scene, &out->space, err);
@@ -169,7 +185,8 @@ void vol_features_skipped(const VolPrepared *prepared, char *out, size_t size)
         const char *name;
     } features[] = {{tf->has_surface, "surfaces"},  {tf->isosurface_count > 0, "isosurfaces"},
                     {prepared->shaded, "shading"},  {tf->coloured, "coloured attenuation"},
-                    {tf->has_emit, "emission"},     {prepared->scene->layers != 0, "layers"}};
+                    {tf->has_emit, "emission"},     {prepared->scene->layers != 0, "layers"},
+                    {prepared->scene->lit != NULL, "light grids"}};
     size_t used = 0;
     out[0] = '\0';
     for (size_t i = 0; i < sizeof features / sizeof *features && used < size; i++)

@@ -117,6 +117,7 @@ static inline void samples_begin(Samples *s, const VolTraceCall *call, size_t fi
 {
     CLEAR_FROM(s, h);
     packet_begin(&s->packet, call, first);
+    lit_begin(&s->packet);
     traversal_begin(&s->way, &s->packet, may_wait);
     s->h = call->prepared->scene->step;
     s->per_h = 1 / s->h;

@@ -41,6 +41,8 @@ typedef enum VolEstimator {
     VOL_ESTIMATE_DIRECT
 } VolEstimator;
 
+struct VolLit;
+
 typedef struct VolScene {
     VolVolume volume;
     double unit; /* of the field here, in units of the user's field; 0 is 1 */
@@ -49,6 +51,7 @@ typedef struct VolScene {
     const VolTfIntegrals *integrals; /* of `tf`, for INTEGRALS */
     const VolLight *lights;
     size_t light_count;
+    const struct VolLit *lit; /* what reaches places of all of these and of indirect light (lit.h); NULL: all is lit */
     const VolClip *clips;
     size_t clip_count;
     VolEstimator estimator;

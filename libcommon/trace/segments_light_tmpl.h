@@ -14,11 +14,15 @@ typedef struct SegmentEnd {
     ints valid;           /* there is one, and not in a hole */
     double number[LANES]; /* of the sample, */
     double cut[LANES];    /* or where on the ray an isosurface cuts; else NAN */
+    const real *iso;      /* its value, and whether it is seen from below; NULL: this is no cut */
+    ints below;
     ints here;            /* the sample lies in the brick that the lane is in: */
     SamplePlaces place;
     ints shaded;
     Shading shading;
     reals steepest; /* of the gradients nearby */
+    ints lit_known;
+    reals lit[3];   /* where there are light grids, the light on what scatters */
 } SegmentEnd;
 
 typedef struct Segments {
@@ -57,9 +61,47 @@ static Times end_times(const Segments *k, const SegmentEnd *end, ints mask)
     return times_of(t);
 }
 
-static void shade_lanes_at(Segments *k, SegmentEnd *end, ints mask, Shading *out)
+/* Where ends are in light grids. */
+static reals lit_places(const Segments *k, const SegmentEnd *end, ints mask)
+{
+    double t[LANES] = {0};
+    FOR_LANES(i, mask_bits(mask))
+        t[i] = end_time(k, end, i);
+    return lit_place(&k->samples.packet, mask, t);
+}
+
+/* The light on what scatters at these ends, looked up where it was not yet. */
+static const reals *light_at(Segments *k, SegmentEnd *end, ints mask)
+{
+    ints wanted = mask & ~end->lit_known;
+    if (any(wanted)) {
+        reals at = lit_places(k, end, wanted), fresh[1][3];
+        lit_on_particles(&k->samples.packet, 1, &at, wanted, fresh);
+        for (int c = 0; c < 3; c++)
+            end->lit[c] = reals_select(wanted, fresh[0][c], end->lit[c]);
+        end->lit_known |= wanted;
+    }
+    return end->lit;
+}
+
+/* What one end of a segment has seen of light is not known of another. */
+static inline void forget_light(SegmentEnd *end, ints mask)
+{
+    end->shaded &= ~mask;
+    end->lit_known &= ~mask;
+}
+
+static void shade_lanes_at(Segments *k, SegmentEnd *end, ints mask, unsigned features, Shading *out)
 {
     Samples *s = &k->samples;
+    const bool is_lit = features & FEATURE_LIT && s->packet.lit;
+    const reals at = is_lit ? lit_places(k, end, mask) : reals_all(0);
+    const bool follows = !(features & FEATURE_CLASSIC) || end->iso;
+    const LitPlaces places = {&at, mask, follows ? mask : ints_all(0), end->iso, end->below};
+    if (!(features & FEATURE_SHADED)) {
+        light_evenly(&s->packet, 1, &places, out);
+        return;
+    }
     Times times = end_times(k, end, mask);
     ints here = mask & end->here;
     reals gradient[3], steepest = traversal_sample_gradients(&s->way, &s->packet, &end->place, here, gradient);
@@ -71,7 +113,7 @@ static void shade_lanes_at(Segments *k, SegmentEnd *end, ints mask, Shading *out
             gradient[a][i] = g[a];
     }
     end->steepest = reals_select(mask, steepest, end->steepest);
-    shade_lanes(&s->packet, gradient, &times, out);
+    shade_lanes(&s->packet, gradient, &times, is_lit ? &places : NULL, out);
 }
 
 static void shading_replace(Shading *old, ints mask, const Shading *by)
@@ -84,13 +126,19 @@ static void shading_replace(Shading *old, ints mask, const Shading *by)
     old->gradient = reals_select(mask, by->gradient, old->gradient);
 }
 
+/* Whether surfaces have a shading: where they are shaded, or lit all the same. */
+ALWAYS_INLINE bool has_shading(const Segments *k, unsigned features)
+{
+    return features & FEATURE_SHADED || (features & FEATURE_LIT && k->samples.packet.lit);
+}
+
 /* The shading at these ends, computed where it was not yet. */
-static const Shading *shading_at(Segments *k, SegmentEnd *end, ints mask)
+static const Shading *shading_at(Segments *k, SegmentEnd *end, ints mask, unsigned features)
 {
     ints wanted = mask & ~end->shaded;
     if (any(wanted)) {
         Shading fresh;
-        shade_lanes_at(k, end, wanted, &fresh);
+        shade_lanes_at(k, end, wanted, features, &fresh);
         shading_replace(&end->shading, wanted, &fresh);
         end->shaded |= wanted;
     }
@@ -185,7 +233,7 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
     const bool even = k->samples.packet.prepared->lit_from_places && k->samples.equals;
     Shading equals;
     for (int n = 0; n < 2; n++) {
-        const Shading *sh = shading_at(k, ends[n], mask);
+        const Shading *sh = shading_at(k, ends[n], mask, features);
         check_shading(k, ends[n], parts->particles_a, mask, features);
         if (__builtin_expect(even, 0)) {
             equals = *sh;
@@ -195,7 +243,8 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
         reals in[4] = {{0}}, line[4] = {{0}}, one_end[3];
         load_interval(o, ends[n]->field.interval, AT_PARTICLES, in);
         load_interval(o, ends[n]->field.interval, AT_EMIT + 4, line);
-        classic_factors_at(o, ends[n]->field.v - in[0], line + 2, sh, one_end);
+        const bool is_lit = features & FEATURE_LIT && k->samples.packet.lit;
+        classic_factors_at(o, ends[n]->field.v - in[0], line + 2, sh, is_lit ? light_at(k, ends[n], mask) : NULL, one_end);
         for (int c = 0; c < 3; c++) {
             factor[c] += (real)0.5 * one_end[c];
             reals normal = (real)0.5 * parts->particles_a * sh->normal[c];
@@ -204,24 +253,33 @@ static void classic_average(Segments *k, SegmentEnd *a, SegmentEnd *b, const Seg
     }
 }
 
+/* The light on what scatters, averaged over both ends of a segment. */
+static void light_average(Segments *k, SegmentEnd *a, SegmentEnd *b, ints mask, reals factor[3])
+{
+    const reals *front = light_at(k, a, mask), *back = light_at(k, b, mask);
+    for (int c = 0; c < 3; c++)
+        factor[c] = (real)0.5 * (front[c] + back[c]);
+}
+
 ALWAYS_INLINE void particles_light(Segments *k, SegmentEnd *a, SegmentEnd *b, const SegmentParts *parts, ints mask,
                                    unsigned features, Light *light)
 {
     const TfTables *o = k->samples.packet.tables;
-    if (!(features & FEATURE_CLASSIC) && !(features & FEATURE_EXTRA && k->samples.packet.extra)) {
+    const bool is_lit = features & FEATURE_LIT && k->samples.packet.lit;
+    if (!(features & FEATURE_CLASSIC) && !(features & FEATURE_EXTRA && k->samples.packet.extra) && !is_lit) {
         for (int c = 0; c < 3; c++)
             light->scatter[c] = parts->particles_c[c];
         return;
     }
     reals fraction[3], factor[3] = {reals_all(1), reals_all(1), reals_all(1)};
     scattered_fractions(o, &a->field, &b->field, features, fraction);
-    if (features & FEATURE_CLASSIC) {
-        ints some = {0};
-        for (int c = 0; c < 3; c++)
-            some |= mask & (ints)(parts->particles_c[c] != 0);
-        if (any(some))
-            classic_average(k, a, b, parts, some, features, factor, light);
-    }
+    ints some = {0};
+    for (int c = 0; c < 3; c++)
+        some |= mask & (ints)(parts->particles_c[c] * fraction[c] != 0);
+    if (features & FEATURE_CLASSIC && any(some))
+        classic_average(k, a, b, parts, some, features, factor, light);
+    else if (is_lit && any(some))
+        light_average(k, a, b, some, factor);
     for (int c = 0; c < 3; c++) {
         light->scatter[c] = fraction[c] * factor[c] * parts->particles_c[c];
         light->emit[c] = (1 - fraction[c]) * parts->particles_c[c];
@@ -232,7 +290,7 @@ ALWAYS_INLINE void add_surface(const Shading *sh, const reals color[3], const re
                                Light *light)
 {
     for (int c = 0; c < 3; c++) {
-        if (features & FEATURE_SHADED && !(features & FEATURE_CLASSIC))
+        if (sh && !(features & FEATURE_CLASSIC))
             light->surface[c] += shaded_color(sh, c, color[c], opacity[features & FEATURE_COLOURED ? c : 0]);
         else
             light->surface[c] += color[c];
@@ -259,15 +317,19 @@ ALWAYS_INLINE void surfaces_light(Segments *k, SegmentEnd *a, SegmentEnd *b, con
     ints some = mask & (full ? (ints)(parts->front_a[0] > 0) | (ints)(parts->back_a[0] > 0) : (ints)(parts->front_a[0] > 0));
     if (!any(some))
         return;
-    if (features & FEATURE_SHADED) {
-        front = shading_at(k, a, some);
-        back = shading_at(k, b, some);
-        check_shading(k, a, parts->front_a[0], some, features);
-        check_shading(k, b, full ? parts->back_a[0] : parts->front_a[0], some, features);
-        if (!full)
+    if (has_shading(k, features)) {
+        front = shading_at(k, a, some, features);
+        back = shading_at(k, b, some, features);
+        if (features & FEATURE_SHADED) {
+            check_shading(k, a, parts->front_a[0], some, features);
+            check_shading(k, b, full ? parts->back_a[0] : parts->front_a[0], some, features);
+        }
+        if (!full) {
             mix_shading(front, back, parts->where, &between);
+            front = &between;
+        }
     }
-    add_surface(full ? front : &between, parts->front_c, parts->front_a, features, light);
+    add_surface(front, parts->front_c, parts->front_a, features, light);
     if (full)
         add_surface(back, parts->back_c, parts->back_a, features, light);
     for (int c = 0; c < 3; c++)
@@ -322,12 +384,14 @@ ALWAYS_INLINE void composite(Segments *k, const Light *light, ints mask, unsigne
         transmittance[c] = reals_select(mask, reals_exp(-k->sum.reached[c]), zero);
     for (int c = 0; c < 3; c++) {
         reals T = transmittance[features & FEATURE_COLOURED ? c : 0], all = light->scatter[c];
-        if (features & (FEATURE_CLASSIC | FEATURE_EXTRA))
+        if (features & (FEATURE_CLASSIC | FEATURE_EXTRA | FEATURE_LIT))
             all += light->emit[c];
         if (features & FEATURE_SURFACE)
             all += light->surface[c];
         all *= T; /* 0 where not `mask` */
-        doubles_add(&k->sum.color[c], features & (FEATURE_CLASSIC | FEATURE_EXTRA) ? reals_select(mask, all, zero) : all);
+        if (features & (FEATURE_CLASSIC | FEATURE_EXTRA | FEATURE_LIT))
+            all = reals_select(mask, all, zero);
+        doubles_add(&k->sum.color[c], all);
         seen.scatter[c] = reals_select(mask, T * light->scatter[c], zero);
         seen.emit[c] = reals_select(mask, T * light->emit[c], zero);
         seen.surface[c] = reals_select(mask, T * light->surface[c], zero);

@@ -23,8 +23,8 @@
 static void cross_in_segment(Segments *k, unsigned i, const Isosurface *isosurface, SegmentEnd *at, unsigned features)
 {
     ints lane = mask_of(1u << i);
-    const Shading *sh = features & FEATURE_SHADED ? shading_at(k, at, lane) : NULL;
-    if (sh)
+    const Shading *sh = has_shading(k, features) ? shading_at(k, at, lane, features) : NULL;
+    if (features & FEATURE_SHADED)
         check_shading(k, at, reals_all((real)isosurface->opacity), lane, features);
     cross_isosurface(&k->sum, &k->samples.packet, i, isosurface, at->cut[i], sh, features);
     end_opaque_segments(k, lane, features);
@@ -49,6 +49,7 @@ static void add_cut_segment(Segments *k, SegmentEnd *a, SegmentEnd *b, unsigned 
     real va = a->field.v[i], vb = b->field.v[i];
     double ta = end_time(k, a, i), tb = end_time(k, b, i), t = ta;
     bool rising = vb > va;
+    real value[LANES];
     /* A ray whose last brick is behind is not alive any more, but has this segment to go. */
     k->samples.packet.alive |= lane;
     for (size_t n = 0, next = 0; n < o->isosurface_count && k->samples.packet.alive[i]; n++) {
@@ -59,7 +60,11 @@ static void add_cut_segment(Segments *k, SegmentEnd *a, SegmentEnd *b, unsigned 
         next = 1 - next;
         *at = *b;
         at->cut[i] = ta + (tb - ta) * (double)((isosurface->value - va) / (vb - va));
-        at->here = at->shaded = ints_all(0);
+        at->here = ints_all(0);
+        at->iso = value;
+        at->below = ints_all(rising ? -1 : 0);
+        value[i] = isosurface->value;
+        forget_light(at, ints_all(-1));
         find_end(o, reals_all(isosurface->value), full && o->lookup.entries, features, &at->field);
         add_part(k, from, at, i, at->cut[i] - t, full, features);
         if (k->samples.packet.alive[i])
@@ -133,12 +138,12 @@ static void enter_run(Segments *k, unsigned i)
 }
 
 /* What is asked about ends of segments beside the field. */
-enum { FEATURES_OF_PLACES = FEATURE_SHADED | FEATURE_ISO | FEATURE_EXTRA };
+enum { FEATURES_OF_PLACES = FEATURE_SHADED | FEATURE_ISO | FEATURE_EXTRA | FEATURE_LIT };
 
 ALWAYS_INLINE void number_back(Segments *k, ints here)
 {
     k->back->here = here;
-    k->back->shaded = ints_all(0);
+    forget_light(k->back, ints_all(-1));
     for (int n = 0; n < PARTS; n++)
         set_part(k->back->number, n, get_part(k->front->number, n) + get_part(k->samples.stands_for, n));
 }
@@ -152,9 +157,18 @@ static void start_fronts(Segments *k, bool table, unsigned features)
         return;
     find_end(s->packet.tables, reals_select(k->heads, k->head_v, a->field.v), table, features, &a->field);
     a->valid = ints_select(k->heads, k->head_valid, a->valid);
-    a->shaded &= ~k->heads;
+    forget_light(a, k->heads);
     FOR_LANES(i, mask_bits(k->heads))
         a->number[i] = s->first[i] - 1;
+}
+
+/* Places in light grids count from the runs' first samples. */
+static void move_to_runs(Segments *k, unsigned lanes)
+{
+    double t[LANES];
+    FOR_LANES(i, lanes)
+        t[i] = sample_time(&k->samples, i, k->samples.first[i]);
+    lit_move(&k->samples.packet, mask_of(lanes), t);
 }
 
 /* Every lane that is in no run goes on until it is, or its ray has ended. */
@@ -175,6 +189,8 @@ static void enter_runs(Segments *k, bool full, unsigned features)
             close_segments(k, k->tails, full, features);
         }
         start_fronts(k, table, features);
+        if (features & FEATURE_LIT && s->packet.lit)
+            move_to_runs(k, wanted & mask_bits(s->visiting));
         FOR_LANES(i, wanted & mask_bits(s->visiting))
             if (!k->own[i] || s->first[i] >= s->last[i])
                 set_length(k, i, s->first[i]);
@@ -217,6 +233,7 @@ ALWAYS_INLINE void march_segments(Segments *k, bool full, unsigned features)
     store_sums(&k->sum, &s->packet);
 }
 
+static void full_lit(void *k) { march_segments(k, true, FEATURE_EMIT | FEATURE_LIT); }
 static void full_particles(void *k) { march_segments(k, true, FEATURE_EMIT); }
 static void full_surfaces(void *k) { march_segments(k, true, FEATURE_EMIT | FEATURE_SURFACE); }
 static void full_shaded_surfaces(void *k) { march_segments(k, true, FEATURE_EMIT | FEATURE_SURFACE | FEATURE_SHADED); }
@@ -232,6 +249,7 @@ static void integrals_classic(void *k) { march_segments(k, false, ALL_FEATURES |
 static void trace_segments(const VolTraceCall *call)
 {
     static const FeaturesKernel by_tables[] = {{FEATURE_EMIT, full_particles},
+                                               {FEATURE_EMIT | FEATURE_LIT, full_lit},
                                                {FEATURE_EMIT | FEATURE_SURFACE, full_surfaces},
                                                {FEATURE_EMIT | FEATURE_SURFACE | FEATURE_SHADED, full_shaded_surfaces},
                                                {FEATURE_EMIT | FEATURE_ISO | FEATURE_SHADED, full_shaded_isosurfaces},

@@ -2,24 +2,19 @@
  *     sum_k RGB_k (k_d c max(0, N.l) + k_s max(0, N.h)^n [N.l > 0]) + k_a c sum_k RGB_k
  * Where the gradient is 0 there is no normal and the ambient term stands alone.
  *
- * Beside a light that stands somewhere, far from the eye, float would lose its direction in the distance: the light's place
- * is kept as the ray's nearest approach to it, and times in two parts.  A spot's cone may be far narrower than float tells
- * directions apart: how far a place is beside the axis comes from the ray's nearest approach to the axis, and 1 minus the
- * cosine from that, sin^2 / (1 + cos).
- *
  * Of sharp highlights float would lose more than it keeps: n is the shininess, and rounding u of N.h becomes n u.  With
  * q = 1 - N.h = |N - h|^2 / 2, h of length 1, they are exp(n log(1 - q)); what rounds is |N - h|, hence n q rounds to
  * 2 sqrt(n q) sqrt(n) u, of which exp(-n q) leaves at most 0.9 sqrt(n) u.
  *
  * PARAMETERS  VOL_DOUBLE
- * PROVIDES    Shading, shade_scaled(), shade_lanes(), shade_evenly(), surfaceness_of(), classic_factors(); Times,
- *             times_of(), time_of(), LightPath, light_path(), towards_light(), halfway_to(), HIGHLIGHTS_SHARP;
+ * PROVIDES    Shading, shade_scaled(), shade_lanes(), shade_evenly(), surfaceness_of(), classic_factors(); halfway_to(),
+ *             HIGHLIGHTS_SHARP;
  *             may_be_unsure(), doubt_of(); in float has_no_side() */
 #ifndef VOL_TRACE_SHADING_TMPL_H
 #define VOL_TRACE_SHADING_TMPL_H
 
 #include "base/fmath.h"
-#include "trace/packet_tmpl.h"
+#include "trace/lit_tmpl.h"
 
 /* Diffuse-plus-ambient factor (multiplies the base colour) and highlight (added), per channel. */
 typedef struct Shading {
@@ -28,161 +23,8 @@ typedef struct Shading {
     reals gradient;  /* its length, per world unit */
 } Shading;
 
-ALWAYS_INLINE reals dot3(const reals a[3], const reals b[3])
-{
-    return reals_fma(a[2], b[2], reals_fma(a[1], b[1], a[0] * b[0]));
-}
-
 /* Gradients shaded together, at several places on each ray: side by side their long chains of operations overlap. */
 enum { SHADINGS_MOST = 16 };
-
-/* ---- Where lights are ---- */
-
-/* t + rest, on each ray. */
-typedef struct Times {
-    reals t, rest;
-} Times;
-
-static inline Times times_of(const double t[LANES])
-{
-    real part[2][LANES];
-    Times times;
-    for (int i = 0; i < LANES; i++) {
-        part[0][i] = (real)t[i];
-        part[1][i] = (real)(t[i] - (double)part[0][i]);
-    }
-    memcpy(&times.t, part[0], sizeof times.t);
-    memcpy(&times.rest, part[1], sizeof times.rest);
-    return times;
-}
-
-/* The same time on all. */
-ALWAYS_INLINE Times time_of(double t)
-{
-    real near = (real)t;
-    return (Times){reals_all(near), reals_all((real)(t - (double)near))};
-}
-
-ALWAYS_INLINE reals time_since(const Times *now, const Times *then) { return (now->t - then->t) + (now->rest - then->rest); }
-
-/* A light other than the viewer's own as rays see it on their way: of a sun, where it comes from; of what stands somewhere,
- * how far to the side rays pass it, and when.  Of a spot also how far its axis, when, and how they move away from it. */
-typedef struct LightPath {
-    reals side[3];
-    Times nearest;
-    reals off_axis[3], drift[3];
-    Times nearest_axis;
-} LightPath;
-
-/* One coordinate of vectors, one per ray. */
-static inline reals coordinate(const VolVec3 v[LANES], int a)
-{
-    real out[LANES];
-    reals all;
-    for (int i = 0; i < LANES; i++)
-        out[i] = (real)(a == 0 ? v[i].x : a == 1 ? v[i].y : v[i].z);
-    memcpy(&all, out, sizeof all);
-    return all;
-}
-
-/* The axis of a spot, as rays pass it. */
-static inline void axis_path(const RayPacket *packet, const VolLight *light, LightPath *out)
-{
-    VolVec3 off[LANES], drift[LANES];
-    double t[LANES];
-    for (size_t i = 0; i < LANES; i++) {
-        const VolRay *ray = &packet->rays[i < packet->count ? i : 0];
-        VolVec3 from = vol_sub(ray->origin, light->position), axis = light->direction;
-        from = vol_sub(from, vol_scale(axis, vol_dot(from, axis)));
-        drift[i] = vol_sub(ray->direction, vol_scale(axis, vol_dot(ray->direction, axis)));
-        double square = vol_dot(drift[i], drift[i]);
-        t[i] = square > 0 ? -vol_dot(from, drift[i]) / square : 0;
-        off[i] = vol_add(from, vol_scale(drift[i], t[i]));
-    }
-    out->nearest_axis = times_of(t);
-    for (int a = 0; a < 3; a++) {
-        out->off_axis[a] = coordinate(off, a);
-        out->drift[a] = coordinate(drift, a);
-    }
-}
-
-static inline void light_path(const RayPacket *packet, const VolLight *light, LightPath *out)
-{
-    *out = (LightPath){.nearest = {{0}}};
-    if (!vol_light_stands(light)) {
-        const double from[3] = {-light->direction.x, -light->direction.y, -light->direction.z};
-        for (int a = 0; a < 3; a++)
-            out->side[a] = reals_all((real)from[a]);
-        return;
-    }
-    VolVec3 side[LANES];
-    double t[LANES];
-    for (size_t i = 0; i < LANES; i++) {
-        const VolRay *ray = &packet->rays[i < packet->count ? i : 0];
-        VolVec3 from = vol_sub(light->position, ray->origin);
-        t[i] = vol_dot(from, ray->direction);
-        side[i] = vol_sub(from, vol_scale(ray->direction, t[i]));
-    }
-    out->nearest = times_of(t);
-    for (int a = 0; a < 3; a++)
-        out->side[a] = coordinate(side, a);
-    if (light->kind == VOL_LIGHT_SPOT)
-        axis_path(packet, light, out);
-}
-
-/* Towards the light, of any length. */
-ALWAYS_INLINE void towards_light(const RayPacket *packet, const VolLight *light, const LightPath *path, const Times *times,
-                                 reals to[3])
-{
-    memcpy(to, path->side, sizeof path->side);
-    if (!vol_light_stands(light))
-        return;
-    reals past = time_since(times, &path->nearest);
-    for (int a = 0; a < 3; a++)
-        to[a] = reals_fma(past, packet->view[a], to[a]);
-}
-
-/* How far from the axis of a spot. */
-ALWAYS_INLINE void off_axis(const LightPath *path, const Times *times, reals off[3])
-{
-    reals past = time_since(times, &path->nearest_axis);
-    for (int a = 0; a < 3; a++)
-        off[a] = reals_fma(past, path->drift[a], path->off_axis[a]);
-}
-
-/* What a spot sends in the direction -l, its distance r: smoothly from nothing at the edge to all. */
-ALWAYS_INLINE reals spot_strength(const VolLight *light, const LightPath *path, const Times *times, const reals l[3],
-                                  reals r)
-{
-    const double axis[3] = {light->direction.x, light->direction.y, light->direction.z};
-    reals off[3], c = reals_all(0);
-    for (int a = 0; a < 3; a++)
-        c = reals_fma(l[a], reals_all((real)-axis[a]), c);
-    off_axis(path, times, off);
-    reals q = reals_select((ints)(c > 0), dot3(off, off) / (r * r * (1 + c)), 1 - c);
-    reals s = ((real)(1 - light->cos_edge) - q) / (real)(light->cos_full - light->cos_edge);
-    s = reals_clamp(s, 0, 1);
-    return s * s * (3 - 2 * s);
-}
-
-/* Its direction; returns how much of its strength arrives. */
-ALWAYS_INLINE reals arriving_from(const RayPacket *packet, const VolLight *light, const LightPath *path, const Times *times,
-                                  reals l[3])
-{
-    reals to[3];
-    towards_light(packet, light, path, times, to);
-    if (!vol_light_stands(light)) {
-        memcpy(l, to, sizeof to);
-        return reals_all(1);
-    }
-    reals r = reals_sqrt(dot3(to, to)), least = reals_all((real)packet->prepared->nearest_light);
-    ints away = (ints)(r > 0);
-    for (int a = 0; a < 3; a++)
-        l[a] = reals_select(away, to[a] / r, reals_all(0));
-    reals reach = reals_max(r, least);
-    reals scale = 1 / (reach * reach);
-    return light->kind == VOL_LIGHT_SPOT ? scale * spot_strength(light, path, times, l, r) : scale;
-}
 
 /* Halfway between that direction and the viewer's: unit, or 0 where they are opposite. */
 ALWAYS_INLINE void halfway_to(const RayPacket *packet, const reals l[3], reals h[3])
@@ -265,6 +107,17 @@ ALWAYS_INLINE void add_light(const TfTables *tables, reals nl, reals shine, cons
     }
 }
 
+/* The same of what reaches the surface, without the ambient term. */
+ALWAYS_INLINE void add_reaching(const TfTables *tables, reals nl, reals shine, const reals rgb[3], Shading *out)
+{
+    reals zero = reals_all(0), diffuse = tables->diffuse * reals_max(nl, zero);
+    shine = reals_where((ints)(nl > 0), tables->specular * shine);
+    for (int c = 0; c < 3; c++) {
+        out->k[c] = reals_fma(rgb[c], diffuse, out->k[c]);
+        out->b[c] = reals_fma(rgb[c], shine, out->b[c]);
+    }
+}
+
 #ifdef VOL_DOUBLE
 enum { REAL_MANTISSA = 52, REAL_BIAS = 1023 };
 #else
@@ -307,11 +160,44 @@ ALWAYS_INLINE reals lit_by(const RayPacket *packet, const VolLight *light, const
     return scale;
 }
 
-/* Gradients in world space, scaled so that their squares neither overflow nor vanish, so long after `begin`; the times
- * matter to lights that stand somewhere. */
-ALWAYS_INLINE void shade_scaled(const RayPacket *packet, int count, const reals gradient[][3], const Times *begin,
-                                const reals *after, Shading *out)
+/* What light grids leave to be done when all lights have been added: `sent` is what all of them together send there.
+ * Ambient light is the indirect; without a grid of that, what lights send, unshadowed.  Of a total each light has the part
+ * that it has of `sent` (S 3): as if all were sent, times what is there of it. */
+MAYBE_UNUSED static void settle_ambient(const RayPacket *packet, int count, const LitPlaces *places, reals sent[][3],
+                                        Shading *out)
 {
+    const VolScene *scene = packet->scene;
+    const real ambient = packet->tables->ambient;
+    const reals zero = reals_all(0);
+    const bool total = scene->lit->total, has_indirect = scene->lit->grid_count > vol_lit_direct_count(scene);
+    reals around[SHADINGS_MOST][3];
+    if (has_indirect)
+        lit_around(packet, count, places, around);
+    else
+        memcpy(around, sent, sizeof around);
+    for (int i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++) {
+            reals there = around[i][c];
+            if (!total) {
+                out[i].k[c] = reals_fma(reals_all(ambient), there, out[i].k[c]);
+                continue;
+            }
+            ints some = (ints)(sent[i][c] > 0);
+            reals part = there / reals_select(some, sent[i][c], reals_all(1));
+            out[i].k[c] = reals_select(some, out[i].k[c] * part, ambient * there);
+            out[i].b[c] = reals_select(some, out[i].b[c] * part, zero);
+        }
+}
+
+/* Gradients in world space, scaled so that their squares neither overflow nor vanish, so long after `begin`; the times
+ * matter to lights that stand somewhere.  `places`: where in light grids they are; NULL: all light is there. */
+ALWAYS_INLINE void shade_scaled(const RayPacket *packet, int count, const reals gradient[][3], const Times *begin,
+                                const reals *after, const LitPlaces *places, Shading *out)
+{
+    const bool shadowed = places && !packet->scene->lit->total;
+    reals sent[SHADINGS_MOST][3], T[SHADINGS_MOST][3];
+    if (places)
+        memset(sent, 0, sizeof sent);
     const TfTables *tables = packet->tables;
     const bool sharp = is_sharp(tables);
     reals nv[SHADINGS_MOST];
@@ -338,21 +224,33 @@ ALWAYS_INLINE void shade_scaled(const RayPacket *packet, int count, const reals 
             sharp_highlights(count, shine, tables->shininess);
         else
             highlights(count, shine, tables->shininess);
+        if (shadowed)
+            lit_direct(packet, n, count, places, T);
         for (int i = 0; i < count; i++) {
             reals rgb[3];
             for (int c = 0; c < 3; c++)
                 rgb[c] = (real)light->rgb[c] * scale[i];
-            add_light(tables, nl[i], shine[i], rgb, &out[i]);
+            for (int c = 0; c < 3 && places; c++) {
+                sent[i][c] += rgb[c];
+                rgb[c] = shadowed ? rgb[c] * T[i][c] : rgb[c];
+            }
+            if (shadowed)
+                add_reaching(tables, nl[i], shine[i], rgb, &out[i]);
+            else
+                add_light(tables, nl[i], shine[i], rgb, &out[i]);
         }
     }
+    if (places)
+        settle_ambient(packet, count, places, sent, out);
 }
 
 /* `gradient` in world space, at those times. */
-static inline void shade_lanes(const RayPacket *packet, const reals gradient[3], const Times *times, Shading *out)
+static inline void shade_lanes(const RayPacket *packet, const reals gradient[3], const Times *times, const LitPlaces *places,
+                               Shading *out)
 {
     reals scale = scale_for(reals_max(reals_abs(gradient[0]), reals_max(reals_abs(gradient[1]), reals_abs(gradient[2]))));
     reals scaled[1][3] = {{gradient[0] * scale, gradient[1] * scale, gradient[2] * scale}}, zero = reals_all(0);
-    shade_scaled(packet, 1, scaled, times, &zero, out);
+    shade_scaled(packet, 1, scaled, times, &zero, places, out);
     out->gradient /= scale;
 }
 
@@ -424,6 +322,17 @@ MAYBE_UNUSED static reals doubt_of(const RayPacket *packet, const Shading *sh, r
 
 #endif
 
+/* Where surfaces are not shaded: the light there, whatever their normals are. */
+MAYBE_UNUSED static void light_evenly(const RayPacket *packet, int count, const LitPlaces *places, Shading *out)
+{
+    reals there[SHADINGS_MOST][3];
+    lit_evenly(packet, count, places, there);
+    for (int i = 0; i < count; i++) {
+        out[i] = (Shading){.gradient = reals_all(0)};
+        memcpy(out[i].k, there[i], sizeof out[i].k);
+    }
+}
+
 /* Lane i where there is no normal: ambient light alone. */
 MAYBE_UNUSED static void shade_evenly(const TfTables *tables, unsigned i, const double arriving[3], Shading *out)
 {
@@ -446,11 +355,11 @@ ALWAYS_INLINE reals surfaceness_of(const TfTables *tables, reals table, const Sh
     return reals_clamp(S, 0, 1);
 }
 
-/* K 11: E ((1 - S) + f_s S), as a factor of the scattering colour. */
-ALWAYS_INLINE void classic_factors(reals S, const Shading *sh, reals factor[3])
+/* K 11: E ((1 - S) L + f_s S), as a factor of the scattering colour; L the light on what scatters, `lit`, or 1. */
+ALWAYS_INLINE void classic_factors(reals S, const Shading *sh, const reals *lit, reals factor[3])
 {
     for (int c = 0; c < 3; c++)
-        factor[c] = reals_fma(S, sh->k[c] + sh->b[c], 1 - S);
+        factor[c] = reals_fma(S, sh->k[c] + sh->b[c], lit ? (1 - S) * lit[c] : 1 - S);
 }
 
 #endif

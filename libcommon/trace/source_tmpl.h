@@ -33,9 +33,9 @@ static inline real isosurface_color(const Isosurface *isosurface, const Shading 
 
 /* K 11: the factor of the scattering colour; `line` is the interval's surfaceness. */
 ALWAYS_INLINE void classic_factors_at(const TfTables *tables, reals x, const reals line[2], const Shading *sh,
-                                      reals factor[3])
+                                      const reals *lit, reals factor[3])
 {
-    classic_factors(surfaceness_of(tables, property_at(line, x), sh), sh, factor);
+    classic_factors(surfaceness_of(tables, property_at(line, x), sh), sh, lit, factor);
 }
 
 /* Colours: radiance per unit of what scatters and of surfaces. */
@@ -43,20 +43,27 @@ typedef struct Source {
     reals scatter[3], surface[3];
 } Source;
 
-/* At v = ref + x; `sh` where the features say that something is shaded. */
-ALWAYS_INLINE void source_at(const TfTables *tables, const Properties *in, reals x, const Shading *sh, unsigned features,
-                             Source *out)
+/* At v = ref + x; `sh` where something is shaded, or lit without being shaded; `lit`: the light on what scatters,
+ * NULL: 1. */
+ALWAYS_INLINE void source_at(const TfTables *tables, const Properties *in, reals x, const Shading *sh, const reals *lit,
+                             unsigned features, Source *out)
 {
     reals factor[3];
     if (features & FEATURE_CLASSIC)
-        classic_factors_at(tables, x, in->surfaceness, sh, factor);
+        classic_factors_at(tables, x, in->surfaceness, sh, lit, factor);
     for (int c = 0; c < 3; c++) {
         reals color = property_at(in->scatter_color[c], x);
-        out->scatter[c] = features & FEATURE_CLASSIC ? color * factor[c] : color;
+        if (features & FEATURE_CLASSIC)
+            out->scatter[c] = color * factor[c];
+        else
+            out->scatter[c] = features & FEATURE_LIT && lit ? color * lit[c] : color;
     }
     for (int c = 0; c < 3 && features & FEATURE_SURFACE; c++) {
         reals color = property_at(in->surface_color[c], x);
-        out->surface[c] = features & FEATURE_SHADED ? shaded_color(sh, c, color, reals_all(1)) : color;
+        if (features & FEATURE_SHADED)
+            out->surface[c] = shaded_color(sh, c, color, reals_all(1));
+        else
+            out->surface[c] = features & FEATURE_LIT && lit ? color * sh->k[c] : color;
     }
 }
 

@@ -25,6 +25,7 @@ typedef struct Exact {
     reals begin, length;      /* world units from the stretch's beginning */
     Cubic gradient[3];        /* world space, times gradient_scale (a power of two), where gradients_known */
     reals gradient_scale;
+    ints in_surface;          /* where there are light grids: it is a surface cell (reach.h) */
     ints steady;              /* the normal turns little, and to no other side of viewer or lights, anywhere in the cell */
     reals least, most;        /* where the kernel or the scene asks for it: v never leaves them */
     reals turn[2];            /* where v turns; 1: nowhere */
@@ -77,8 +78,11 @@ ALWAYS_INLINE void gradients_at(const Exact *k, reals s, reals out[3])
         out[a] = cubic_at(&k->gradient[a], s);
 }
 
-/* At `count` places s of each cell. */
-ALWAYS_INLINE void shade_at(const Exact *k, int count, const reals *s, Shading *out)
+/* Places in cells as light grids know them. */
+ALWAYS_INLINE reals lit_in_cell(const Exact *k, reals s) { return reals_fma(s, k->length, k->begin); }
+
+/* At `count` places s of each cell; `places` are the same, or NULL. */
+ALWAYS_INLINE void shade_at(const Exact *k, int count, const reals *s, const LitPlaces *places, Shading *out)
 {
     reals gradient[SHADINGS_MOST][3], after[SHADINGS_MOST];
     Times begin = cell_times(k);
@@ -86,7 +90,7 @@ ALWAYS_INLINE void shade_at(const Exact *k, int count, const reals *s, Shading *
         gradients_at(k, s[n], gradient[n]);
         after[n] = s[n] * k->length;
     }
-    shade_scaled(&k->packet, count, (const reals(*)[3])gradient, &begin, after, out);
+    shade_scaled(&k->packet, count, (const reals(*)[3])gradient, &begin, after, places, out);
     for (int n = 0; n < count; n++)
         out[n].gradient /= k->gradient_scale;
 }
@@ -180,11 +184,11 @@ ALWAYS_INLINE reals largest_optical_depth(const Exact *k, const SubInterval *p, 
  * from the sub-interval's start, exactly as optical depth takes it: in a sub-interval so short that x0 + X rounds to x0,
  * light sent and light lost still belong to the same particles. */
 ALWAYS_INLINE void add_node(const Exact *k, const Properties *in, const SubInterval *p, unsigned features,
-                            const Shading *sh, real u, reals X, const reals weight[3], Light *sum)
+                            const Shading *sh, const reals *lit, real u, reals X, const reals weight[3], Light *sum)
 {
     reals zero = reals_all(0), amount = reals_max(reals_line(p->scatter0, in->scatter[1], X), zero);
     Source source;
-    source_at(k->packet.tables, in, p->x0 + X, sh, features, &source);
+    source_at(k->packet.tables, in, p->x0 + X, sh, lit, features, &source);
     for (int c = 0; c < 3; c++)
         sum->scatter[c] = reals_fma(weight[features & FEATURE_COLOURED ? c : 0] * amount, source.scatter[c],
                                     sum->scatter[c]);
@@ -214,7 +218,7 @@ ALWAYS_INLINE void note_shortest(const Exact *k, const Shading *sh, SubInterval 
 
 /* The light that sub-intervals send.  `dense` ones are too short to be cut further, and may be so opaque that no quadrature
  * node would be seen; all of such a one is weighted with its mean transmittance instead. */
-ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, SubInterval *p, ints dense,
+ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, SubInterval *p, ints seen, ints dense,
                                       unsigned features, Light *sum)
 {
     *sum = (Light){0};
@@ -226,8 +230,18 @@ ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, SubI
     reals s[GAUSS];
     for (int n = 0; n < GAUSS; n++)
         s[n] = reals_fma(reals_all(gauss_x[n]), p->ds, p->sa);
+    reals lit[GAUSS][3], at[GAUSS];
+    const bool is_lit = features & FEATURE_LIT && k->packet.lit;
+    const LitPlaces places = {at, seen, features & FEATURE_CLASSIC ? ints_all(0) : k->in_surface, NULL, {0}};
+    if (is_lit) {
+        for (int n = 0; n < GAUSS; n++)
+            at[n] = lit_in_cell(k, s[n]);
+        lit_on_particles(&k->packet, GAUSS, at, seen, lit);
+        if (features & FEATURE_SURFACE && !(features & FEATURE_SHADED))
+            light_evenly(&k->packet, GAUSS, &places, sh);
+    }
     if (features & FEATURE_SHADED) {
-        shade_at(k, GAUSS, s, sh);
+        shade_at(k, GAUSS, s, is_lit ? &places : NULL, sh);
         if (any(k->gradients_known & ~k->steady))
             note_shortest(k, sh, p);
     }
@@ -244,7 +258,7 @@ ALWAYS_INLINE void sub_interval_light(const Exact *k, const Properties *in, SubI
                 weight[c] = reals_select(dense, alike[c], weight[c]);
             weight[c] *= gauss_w[n];
         }
-        add_node(k, in, p, features, &sh[n], gauss_x[n], X, weight, sum);
+        add_node(k, in, p, features, &sh[n], is_lit ? lit[n] : NULL, gauss_x[n], X, weight, sum);
     }
 }
 

@@ -47,8 +47,9 @@ enum {
     FEATURE_CLASSIC = 16, /* K 11 shades what scatters */
     FEATURE_ISO = 32,     /* isosurfaces */
     FEATURE_EXTRA = 64,   /* layers beside RGBA, or a trace */
+    FEATURE_LIT = 256,    /* light grids */
     /* Which are nothing where there are none. */
-    ALL_FEATURES = FEATURE_SURFACE | FEATURE_COLOURED | FEATURE_EMIT | FEATURE_ISO | FEATURE_EXTRA
+    ALL_FEATURES = FEATURE_SURFACE | FEATURE_COLOURED | FEATURE_EMIT | FEATURE_ISO | FEATURE_EXTRA | FEATURE_LIT
 };
 
 /* What float may do to a pixel before its ray is traced in double (blur_tmpl.h). */

@@ -3,6 +3,8 @@
 #include <stdlib.h>
 
 #include "base/mem.h"
+#include "trace/gather.h"
+#include "trace/lit.h"
 
 bool vol_brick_store_new(VolBrickStore *store, size_t places, size_t size)
 {
@@ -19,6 +21,24 @@ void vol_brick_store_free(VolBrickStore *store)
     *store = (VolBrickStore){0};
 }
 
+/* What kernels of that precision need of light grids. */
+static VolStatus lit_scratch(const VolScene *scene, bool precise, VolScratch *out, VolError *err)
+{
+    const VolLit *lit = scene->lit;
+    size_t room = VOL_LIT_HEAD + (scene->light_count + lit->grid_count) * VOL_LIT_EACH;
+    out->lit = vol_alloc_zero(lit->grid_count, sizeof *out->lit);
+    out->lit_room = vol_alloc_aligned(64, 1, room);
+    if (!out->lit || !out->lit_room)
+        return vol_fail_memory(err, room);
+    for (size_t n = 0; n < lit->grid_count; n++) {
+        VolStatus status = vol_gather_new(lit->grids[n], scene->cpu, precise, &out->lit[n], err);
+        out->lit_count = n + 1;
+        if (status)
+            return status;
+    }
+    return VOL_OK;
+}
+
 static VolStatus scratch_of_precision(const VolPrepared *prepared, size_t real_size, VolScratch *out, VolError *err)
 {
     enum { VALUES = 64, GRADIENTS = 256 };
@@ -27,7 +47,9 @@ static VolStatus scratch_of_precision(const VolPrepared *prepared, size_t real_s
     out->zeros = vol_alloc_zero(3, size);
     bool made = out->zeros && vol_brick_store_new(&out->values, VALUES, size) &&
                 (!prepared->shaded || vol_brick_store_new(&out->gradients, GRADIENTS, 3 * size));
-    return made ? VOL_OK : vol_fail_memory(err, GRADIENTS * 3 * size);
+    if (!made)
+        return vol_fail_memory(err, GRADIENTS * 3 * size);
+    return prepared->scene->lit ? lit_scratch(prepared->scene, real_size == sizeof(double), out, err) : VOL_OK;
 }
 
 VolStatus vol_scratch_new(const VolPrepared *prepared, VolScratch *out, VolError *err)
@@ -51,6 +73,10 @@ void vol_scratch_free(VolScratch *scratch)
     vol_brick_store_free(&scratch->values);
     vol_brick_store_free(&scratch->gradients);
     free(scratch->zeros);
+    for (size_t n = 0; n < scratch->lit_count; n++)
+        vol_gather_free(&scratch->lit[n]);
+    free(scratch->lit);
+    free(scratch->lit_room);
     *scratch = (VolScratch){0};
 }
 

@@ -39,12 +39,18 @@ typedef struct VolSurroundingsMet {
     size_t last; /* place of the one that was asked for last */
 } VolSurroundingsMet;
 
+/* Bytes for what a kernel keeps of light grids: once, and of each light and each grid. */
+enum { VOL_LIT_HEAD = 256, VOL_LIT_EACH = 1152 };
+
 /* A thread's working memory, and what it counted. */
 typedef struct VolScratch {
     VolBrickStore values;    /* VOL_BRICK_STRIDE numbers each */
     VolBrickStore gradients; /* three times as many */
     VolSurroundingsMet met;  /* whose gradients may be among them */
     void *zeros;             /* as large as one brick's gradients */
+    struct VolGather *lit;   /* where the scene has light grids, for each of them */
+    size_t lit_count;
+    void *lit_room;          /* for what kernels keep of them: lit_tmpl.h */
     VolSkipped skipped;
     struct VolScratch *in_double; /* for rays that are traced anew, or NULL */
 } VolScratch;

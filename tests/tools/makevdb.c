@@ -3,7 +3,7 @@
  *     makevdb [--name NAME] [--type float|double|half|int32|vec3s] [--dims X,Y,Z] [--origin I,J,K] [--voxel H]
  *             [--map M00,..,M32] [--background B] [--sparse] [--empty] [--field FIELD] [--poke I,J,K,V]...
  *             [--tile I,J,K,SIDE,V[,0]]... [--unfold] [--class CLASS] [--box] [--text KEY=VALUE] [--frustum]
- *             [--also ...]
+ *             [--light SPEC] [--also ...]
  *
  * --map: twelve numbers, world = (i, j, k, 1) M by rows.  --field: const:V, linear:A,B,C,D (A x + B y + C z + D in world
  * space), tent:Z,A,B (A x + B |z - Z|), bowl:X,Y,Z (squared distance to a point), gauss:X,Y,Z,S (exp(-r^2 / 2 S^2)),
@@ -11,6 +11,7 @@
  * --tile: a cube of 8, 128 or 4096 voxels of one value, inactive where a 0 ends it, beside the box of voxels (--sparse; none
  * with --empty).  --unfold writes tiles as voxels, those of 4096 as tiles of 128.  --box: the domain is the box of --dims
  * and --origin, whatever is active.
+ * --light: light:spec of the grid.
  * --also begins another grid, which starts from the same settings.  --frustum: the last grid's transform becomes the second
  * half of a camera's frustum, as other programs write them. */
 #include <stdint.h>
@@ -22,7 +23,7 @@
 enum { MAX_POKES = 8, MAX_TILES = 64 };
 
 typedef struct Spec {
-    const char *name, *type, *field, *text;
+    const char *name, *type, *field, *light;
     int32_t dims[3], origin[3];
     VolAffine map;
     double background;
@@ -250,6 +251,8 @@ static void put_grid(VolVdbWriter *writer, const Spec *spec)
                           .grid_class = spec->grid_class};
     if (spec->box)
         set_box(&grid.meta, spec);
+    if (spec->light)
+        must(vol_meta_set_text(&grid.meta, "light:spec", spec->light, &err), &err);
     size_t components = grid.store == VOL_STORE_VEC3S ? 3 : 1;
     for (size_t c = 0; c < 3; c++)
         grid.background[c] = spec->background;
@@ -353,6 +356,8 @@ int main(int argc, char **argv)
             spec.field = value;
         else if (strcmp(option, "--text") == 0)
             set_text(writer, value);
+        else if (strcmp(option, "--light") == 0)
+            spec.light = value;
         else if (strcmp(option, "--dims") == 0)
             integers(value, spec.dims, option);
         else if (strcmp(option, "--origin") == 0)
