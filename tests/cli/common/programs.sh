@@ -58,6 +58,8 @@ for path in "$OUT"/bin/*; do
     vol-render) echo '{"pellucid": "transfer-function/1"}' >tf.json
                 exits 4 "$p: no such file" "$p" -t tf.json missing.vdb
                 exits 4 "$p: no such transfer function" "$p" -t missing.json a.vdb ;;
+    light-solve) echo '{"pellucid": "transfer-function/1"}' >tf.json
+                 exits 4 "$p: no such file" "$p" -t tf.json --light sun:0,0,1 missing.vdb ;;
     *) exits 4 "$p: no such file" "$p" missing.vdb ;;
     esac
 done
