@@ -332,6 +332,26 @@ static void test_as_printed(void)
     free(start);
 }
 
+/* Blurred over far more than the domain: still between what there was. */
+static void test_wide(void)
+{
+    enum { N = 25 };
+    const char *const lights[] = {"sun:1,1,-3", "point:12,12,80", "spot:12,12,60,0,0,-1,40"};
+    float *out = malloc(N * N * N * sizeof *out), *plane[3] = {out, NULL, NULL};
+    for (int l = 0; l < 3; l++)
+        for (double rate = 1; rate < 1e13; rate *= 1e4) {
+            VolLight light = light_of(lights[l]);
+            VolConePlanes p;
+            if (vol_cone_planes(&light, &box, 1, rate, &p, NULL))
+                abort();
+            lit_voxels((VolCone){.planes = &p, .light = &light, .rate = rate, .channels = 1, .pass = pass_all}, N, plane, 1);
+            for (int v = 0; v < N * N * N; v++)
+                if (!(out[v] >= 0 && out[v] <= 1.0001f) || (l < 2 && out[v] < 0.9999f))
+                    FAIL("%s, rate %g: %g", lights[l], rate, (double)out[v]);
+        }
+    free(out);
+}
+
 static void check_refused(const char *spec, const char *why)
 {
     VolLight light = light_of(spec);
@@ -361,6 +381,7 @@ int main(void)
     RUN(test_reading);
     RUN(test_spot);
     RUN(test_as_printed);
+    RUN(test_wide);
     RUN(test_refused);
     return test_end();
 }

@@ -181,6 +181,45 @@ static void test_closed_forms(void)
     vol_tf_free(tf);
 }
 
+/* As tests/micro has it: a slab so wide that the blur does nothing; indirect light starts at 1 and is what `transport`
+ * leaves at every voxel. */
+static void test_slab(void)
+{
+    const char *text = "{\"pellucid\": \"transfer-function/1\", \"scatter\": [[0, 0.4], [1, 0.4]], "
+                       "\"transport\": [[0, [0.9, 0.6, 0.3]], [1, [0.9, 0.6, 0.3]]]}";
+    const double angle = vol_tan(5 * 3.14159265358979323846 / 180), left[3] = {0.9, 0.6, 0.3};
+    VolGridSource source = {.box = true, .box_max = {10, 10, 3}, .background = 0.5,
+                            .index_to_world = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}}}};
+    VolGridBuilder *builder;
+    RandomScene s = {0};
+    VolBytes bytes = {(unsigned char *)(uintptr_t)text, strlen(text)};
+    VolLight light;
+    VolConePlanes p;
+    VolConeMedium medium;
+    float out[3][4];
+    VolConeRow row = {{5, 5, 0}, 4, 0};
+    if (vol_grid_begin(&source, &builder, NULL) || vol_grid_finish(builder, &s.grid, NULL) ||
+        vol_tf_parse(&bytes, "test", &s.tf, NULL, NULL) || vol_tf_compile(&s.tf, NULL, &s.compiled, NULL) ||
+        vol_light_parse("sun:0,0,-1:1,0.5,0.25", &light, NULL))
+        abort();
+    s.scene = (VolScene){.volume = vol_volume_of_grid(s.grid), .tf = &s.compiled};
+    const VolConeDomain domain = {s.grid->index_to_world, {0, 0, 0}, {10, 10, 3}};
+    if (vol_cone_planes(&light, &domain, 1, 0.5 * angle * angle, &p, NULL) ||
+        vol_cone_medium_new(&s.scene, 2, 1, &medium, NULL))
+        abort();
+    VolCone cone = {.planes = &p, .light = &light, .rate = 0.5 * angle * angle, .channels = medium.channels,
+                    .pass = vol_cone_medium_pass, .user = &medium, .index_to_world = s.grid->index_to_world, .rows = &row,
+                    .row_count = 1, .out = {out[0], out[1], out[2]}, .threads = 1};
+    CHECK(medium.channels == 3 && !vol_cone_solve(&cone, NULL));
+    for (int c = 0; c < 3; c++)
+        for (int z = 0; z < 4; z++)
+            CHECK_NEAR((double)out[c][z], vol_pow(left[c], 3 - z), 1e-6, 0);
+    vol_cone_medium_free(&medium);
+    vol_grid_free(s.grid);
+    vol_tf_compiled_free(&s.compiled);
+    vol_tf_free(&s.tf);
+}
+
 /* ---- Time ---- */
 
 static double seconds(void)
@@ -239,5 +278,6 @@ int main(int argc, char **argv)
     first_seed = seed_before_first(argc, argv);
     RUN(test_scenes);
     RUN(test_closed_forms);
+    RUN(test_slab);
     return test_end();
 }
