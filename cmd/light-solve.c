@@ -13,13 +13,14 @@
 #include "light/shadow.h"
 #include "load/assembly.h"
 #include "load/grids.h"
+#include "load/reuse.h"
 #include "tf/attenuation.h"
 #include "tf/foreign.h"
 #include "trace/lights.h"
 #include "volume/content_hash.h"
 
 typedef struct Options {
-    const char *tf, *grid;
+    const char *tf, *grid, *reuse;
     int method;
     bool exact_rays;
     double absorption, scalar_step;
@@ -44,6 +45,8 @@ static const VolOpt table[] = {
     {0, "absorption", VOL_OPT_REAL, AT(absorption), "S", "1", "optical depth of direct light counts S times"},
     {0, "resolution", VOL_OPT_INT, AT(resolution), "N", "0",
      "a lattice of its own, N voxels along the longest side (0: the volume's voxels)"},
+    {.name = "reuse", .kind = VOL_OPT_TEXT, .offset = AT(reuse), .value_name = "LIT.vdb", .input = true, .unrecorded = true,
+     .help = "copy lights from there that were solved in the same way, for the same volume"},
     {0, "clip", VOL_OPT_LIST, AT(clip), "NX,NY,NZ,D", NULL, "keep n.x >= D, world units (repeatable)"},
     {0, "particle-step", VOL_OPT_WORLD_LENGTH, AT(particle_step), "LEN", NULL,
      "overrides the file's particle_step: 2 (world units), 1v (voxels)"},
@@ -55,6 +58,7 @@ typedef struct Job {
     const Run *run;
     VolAssembly assembly; /* its lights are those asked for */
     VolTfCompiled dark;   /* what attenuates, alone */
+    VolVdb *lit; /* of --reuse, or NULL */
     VolVdbWriter *writer;
     VolVdbMetaList meta;  /* what all light grids say */
     uint64_t digests[3][2]; /* of the transfer function and its name in the file, the volume */
@@ -155,6 +159,23 @@ static VolStatus load_volume(Job *job, VolError *err)
     vol_vdb_close(vdb);
     vol_stats_stage(job->run->stats, "load");
     return status;
+}
+
+static VolStatus open_lit(Job *job, VolError *err)
+{
+    VolBytes bytes;
+    if (!options.reuse)
+        return VOL_OK;
+    const char *name = vol_input_name(options.reuse);
+    VolStatus status = run_read(job->run, options.reuse, &bytes, err);
+    if (status)
+        return status;
+    if (vol_kind(&bytes) != VOL_KIND_VDB) {
+        status = run_wrong_kind("cannot reuse", name, "VDB", &bytes, err);
+        vol_bytes_free(&bytes);
+        return status;
+    }
+    return vol_vdb_open(bytes, name, &job->lit, err);
 }
 
 /* ---- The scene ---- */
@@ -265,20 +286,43 @@ static VolStatus describe(Job *job, const Method *method, VolError *err)
 
 /* ---- Writing ---- */
 
-static VolStatus meta_of_grid(const Job *job, const VolLightLattice *lattice, size_t k, VolVdbMetaList *meta,
-                              VolError *err)
+/* What the grid of light k says, its domain left out. */
+static VolStatus meta_of_light(const Job *job, size_t k, VolVdbMetaList *meta, VolError *err)
 {
     VolStatus status = vol_meta_copy(meta, &job->meta, err);
     if (!status)
         status = vol_meta_set_text(meta, "light:spec", options.light.words[k], err);
     if (!status)
         status = vol_meta_set(meta, "light:rgb", "vec3d", job->assembly.lights[k].rgb, 3 * sizeof(double), err);
+    return status;
+}
+
+static VolStatus meta_of_grid(const Job *job, const VolLightLattice *lattice, size_t k, VolVdbMetaList *meta,
+                              VolError *err)
+{
+    VolStatus status = meta_of_light(job, k, meta, err);
     if (!status)
         status = vol_meta_set_text(meta, "vol:domain", "box", err);
     if (!status)
         status = vol_meta_set_vec3i(meta, "vol:domainMin", lattice->lo, err);
     if (!status)
         status = vol_meta_set_vec3i(meta, "vol:domainMax", lattice->hi, err);
+    return status;
+}
+
+/* Light k of --reuse, if it is there. */
+static VolStatus reuse(Job *job, const char *part, const char *name, size_t k, bool *found, VolError *err)
+{
+    VolVdbMetaList meta = {0};
+    *found = false;
+    if (!job->lit)
+        return VOL_OK;
+    VolStatus status = meta_of_light(job, k, &meta, err);
+    if (!status)
+        status = vol_reuse_light(job->lit, part, &meta, name, job->writer, found, err);
+    vol_meta_free(&meta);
+    if (status == VOL_BAD_INPUT)
+        vol_fail_within(err, status, "cannot reuse '%s'", vol_input_name(options.reuse));
     return status;
 }
 
@@ -304,14 +348,14 @@ static VolStatus put_grid(Job *job, const char *name, const VolLightLattice *lat
 
 typedef struct Counts {
     VolShadowCounts rays;
-    uint64_t points, leaves;
+    uint64_t points, leaves, reused;
 } Counts;
 
-static VolStatus shadow_of(Job *job, const VolPrepared *prepared, size_t k, Counts *counts, VolError *err)
+static VolStatus shadow_of(Job *job, const VolPrepared *prepared, size_t k, const char *name, Counts *counts,
+                           VolError *err)
 {
     const VolLight *light = &job->assembly.lights[k];
     VolLightLattice lattice;
-    char name[40];
     int channels = vol_shadow_channels(&job->assembly.scene);
     VolStatus status = vol_light_lattice_new(&job->assembly.scene, light, options.resolution, job->run->threads, &lattice,
                                              err);
@@ -325,7 +369,6 @@ static VolStatus shadow_of(Job *job, const VolPrepared *prepared, size_t k, Coun
     if (!status)
         status = vol_shadow_rays(&shadow, &counts->rays, err);
     vol_stats_stage(job->run->stats, "shadows");
-    snprintf(name, sizeof name, "light.%zu.direct", k);
     if (!status)
         status = put_grid(job, name, &lattice, channels, shadow.T, k, err);
     vol_stats_stage(job->run->stats, "encode");
@@ -343,7 +386,13 @@ static VolStatus solve_shadow(Job *job, VolError *err)
     VolStats *stats = job->run->stats;
     VolStatus status = vol_scene_prepare(&job->assembly.scene, &prepared, err);
     for (size_t k = 0; k < options.light.count && !status; k++) {
-        status = shadow_of(job, &prepared, k, &counts, err);
+        char name[40];
+        bool found;
+        snprintf(name, sizeof name, "light.%zu.direct", k);
+        status = reuse(job, "direct", name, k, &found, err);
+        counts.reused += found;
+        if (!status && !found)
+            status = shadow_of(job, &prepared, k, name, &counts, err);
         run_progress(job->run, (double)(k + 1) / (double)options.light.count);
     }
     vol_stats_count(stats, "lights", options.light.count);
@@ -351,6 +400,7 @@ static VolStatus solve_shadow(Job *job, VolError *err)
     vol_stats_count(stats, "leaves", counts.leaves);
     vol_stats_count(stats, "rays", counts.rays.rays);
     vol_stats_count(stats, "cells", (uint64_t)counts.rays.cells);
+    vol_stats_count(stats, "skipped.solved_lights", counts.reused);
     vol_stats_count(stats, "skipped.rays", counts.rays.missed);
     vol_stats_count(stats, "skipped.bricks", prepared.space.bricks_skipped);
     vol_prepared_free(&prepared);
@@ -385,6 +435,8 @@ static VolStatus work(Job *job, VolError *err)
     if (!status)
         status = load_volume(job, err);
     if (!status)
+        status = open_lit(job, err);
+    if (!status)
         status = set_scene(job, err);
     if (!status)
         status = describe(job, method, err);
@@ -404,6 +456,7 @@ static VolStatus light_solve(const Run *run, VolError *err)
         status = vol_vdb_writer_new(VOL_COMPRESS_BLOSC, &job.writer, err);
     if (!status)
         status = work(&job, err);
+    vol_vdb_close(job.lit);
     vol_vdb_writer_free(job.writer);
     vol_meta_free(&job.meta);
     if (job.dark.intervals)
