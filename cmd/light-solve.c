@@ -58,6 +58,8 @@ typedef struct Job {
     const Run *run;
     VolAssembly assembly; /* its lights are those asked for */
     VolTfCompiled dark;   /* what attenuates, alone */
+    VolGrid *mask_grid;   /* or NULL */
+    VolLightMask mask;
     VolVdb *lit; /* of --reuse, or NULL */
     VolVdbWriter *writer;
     VolVdbMetaList meta;  /* what all light grids say */
@@ -123,8 +125,8 @@ static VolStatus pass_grids(Job *job, const VolVdb *vdb, VolError *err)
             replaced++;
         else
             status = vol_vdb_pass_grid(job->writer, vdb, i, err);
-        if (!status && strcmp(name, "mask") == 0)
-            vol_warn(&job->run->log, "grid 'mask': blanks and occluders are not in this version's shadows");
+        if (!status && strcmp(name, "mask") == 0 && !job->mask_grid)
+            status = vol_load_field(vdb, "mask", job->run->threads, &job->run->log, &job->mask_grid, err);
     }
     if (replaced)
         vol_note(&job->run->log, "%zu light grids of the input are replaced", replaced);
@@ -223,7 +225,9 @@ static VolStatus set_scene(Job *job, VolError *err)
     scene->skip = true;
     scene->cpu = job->run->cpu;
     scene->termination_opacity = vol_shadow_termination(options.absorption);
-    return VOL_OK;
+    if (job->mask_grid)
+        status = vol_light_mask_new(scene, job->mask_grid, job->run->threads, &job->mask, err);
+    return status;
 }
 
 /* ---- What light grids say of themselves ---- */
@@ -253,8 +257,17 @@ static VolStatus say_clips(Job *job, VolError *err)
 
 static VolStatus say_options(Job *job, VolError *err)
 {
-    char *text = vol_format_text("exact-rays absorption=%.17g resolution=%" PRId64, options.absorption, options.resolution);
-    VolStatus status = text ? vol_meta_set_text(&job->meta, "light:options", text, err) : vol_fail_memory(err, 64);
+    uint64_t digest[2] = {0};
+    char hex[33] = "none";
+    const VolVolume mask = vol_volume_of_grid(job->mask_grid);
+    VolStatus status = job->mask_grid ? vol_volume_hash(&mask, 1, job->run->threads, digest, err) : VOL_OK;
+    if (status)
+        return status;
+    if (job->mask_grid)
+        vol_hash_hex(digest, hex);
+    char *text = vol_format_text("exact-rays absorption=%.17g resolution=%" PRId64 " mask=%s", options.absorption,
+                                 options.resolution, hex);
+    status = text ? vol_meta_set_text(&job->meta, "light:options", text, err) : vol_fail_memory(err, 64);
     free(text);
     return status;
 }
@@ -359,7 +372,8 @@ static VolStatus shadow_of(Job *job, const VolPrepared *prepared, size_t k, cons
     int channels = vol_shadow_channels(&job->assembly.scene);
     VolStatus status = vol_light_lattice_new(&job->assembly.scene, light, options.resolution, job->run->threads, &lattice,
                                              err);
-    VolShadow shadow = {.prepared = prepared, .light = light, .lattice = &lattice, .absorption = options.absorption,
+    VolShadow shadow = {.prepared = prepared, .light = light, .lattice = &lattice, .mask = &job->mask,
+                        .absorption = options.absorption,
                         .threads = job->run->threads};
     size_t values = lattice.leaf_count * VOL_LIGHT_LEAF_POINTS;
     if (!status) {
@@ -412,6 +426,12 @@ static const Method methods[] = {{"shadow", solve_shadow}};
 
 /* ---- The program ---- */
 
+static void leave_out_blanks(Job *job)
+{
+    if (job->mask.volume.kind)
+        job->assembly.scene.volume = job->mask.volume;
+}
+
 static VolStatus write_vdb(Job *job, VolError *err)
 {
     VolBytes bytes = {0};
@@ -441,6 +461,8 @@ static VolStatus work(Job *job, VolError *err)
     if (!status)
         status = describe(job, method, err);
     if (!status)
+        leave_out_blanks(job);
+    if (!status)
         status = method->solve(job, err);
     return status ? status : write_vdb(job, err);
 }
@@ -461,6 +483,8 @@ static VolStatus light_solve(const Run *run, VolError *err)
     vol_meta_free(&job.meta);
     if (job.dark.intervals)
         vol_tf_compiled_free(&job.dark);
+    vol_light_mask_free(&job.mask);
+    vol_grid_free(job.mask_grid);
     vol_assembly_free(&job.assembly);
     free(job.prior_history);
     return status;

@@ -2,17 +2,20 @@
  *
  * The way from a point to the light is followed through all that attenuates, an isosurface being a factor 1 - opacity at
  * each crossing; the point's own value is the way's first: a point at or above an isosurface's value is behind it.  What
- * clip planes cut away attenuates nothing.  At the light itself T is 1. */
+ * clip planes cut away attenuates nothing.  At the light itself T is 1, in and behind
+ * occluders 0. */
 #ifndef VOL_LIGHT_SHADOW_H
 #define VOL_LIGHT_SHADOW_H
 
 #include "light/lattice.h"
+#include "light/mask.h"
 #include "trace/trace.h"
 
 typedef struct VolShadow {
     const VolPrepared *prepared; /* of a scene whose termination_opacity is vol_shadow_termination() */
     const VolLight *light;       /* not a headlight */
     const VolLightLattice *lattice;
+    const VolLightMask *mask;    /* occluders, or NULL */
     double absorption; /* optical depth counts so many times; >= 0.  What is opaque stays so. */
     int threads;
     float *T; /* per leaf 512 times `channels`, interleaved; 1 at points that do not count */

@@ -9,7 +9,8 @@
 typedef struct Rays {
     const VolShadow *shadow;
     int channels;
-    VolScratch *scratch;     /* of each thread */
+    bool occluded;           /* there are occluders */
+    VolScratch *scratch;     /* of each thread: for the scene, then for the occluders */
     VolShadowCounts *counts; /* likewise */
 } Rays;
 
@@ -51,7 +52,7 @@ static float transmittance(double optical_depth, double absorption)
 static void trace_packet(const Rays *r, Packet *packet, float *T, int thread)
 {
     VolRadiance out[VOL_PACKET];
-    const VolTraceCall call = {.prepared = r->shadow->prepared, .scratch = &r->scratch[thread], .rays = packet->rays,
+    const VolTraceCall call = {.prepared = r->shadow->prepared, .scratch = &r->scratch[2 * thread], .rays = packet->rays,
                                .count = packet->count, .out = out};
     if (packet->count)
         vol_trace_rays(&call);
@@ -62,6 +63,30 @@ static void trace_packet(const Rays *r, Packet *packet, float *T, int thread)
     }
     r->counts[thread].rays += packet->count;
     packet->count = 0;
+}
+
+/* Whether an occluder stands between a point and the light. */
+static bool is_occluded(const Rays *r, VolVec3 point, int thread)
+{
+    const VolLightMask *mask = r->shadow->mask;
+    VolRay ray;
+    VolRadiance out;
+    if (vol_light_mask_hides(mask, point))
+        return true;
+    if (!ray_to_light(r->shadow->light, point, &ray) || !vol_ray_clip(&mask->scene, &ray) ||
+        !vol_ray_meets_visible(&mask->prepared, &ray))
+        return false;
+    vol_trace_rays(&(VolTraceCall){.prepared = &mask->prepared, .scratch = &r->scratch[2 * thread + 1], .rays = &ray,
+                                   .count = 1, .out = &out});
+    return isinf(out.optical_depth[0]);
+}
+
+static void hide_occluded(const Rays *r, const VolLightLeaf *leaf, float *T, int thread)
+{
+    for (int n = 0; n < VOL_LIGHT_LEAF_POINTS; n++)
+        if (vol_light_leaf_has(leaf, n) && is_occluded(r, vol_light_point(r->shadow->lattice, leaf, n), thread))
+            for (int c = 0; c < r->channels; c++)
+                T[n * r->channels + c] = 0;
 }
 
 static VolStatus trace_leaf(void *user, size_t index, int thread, VolError *err)
@@ -88,6 +113,8 @@ static VolStatus trace_leaf(void *user, size_t index, int thread, VolError *err)
             trace_packet(r, &packet, T, thread);
     }
     trace_packet(r, &packet, T, thread);
+    if (r->occluded)
+        hide_occluded(r, leaf, T, thread);
     return VOL_OK;
 }
 
@@ -102,21 +129,23 @@ static void add_counts(const Rays *r, VolShadowCounts *counts)
 
 VolStatus vol_shadow_rays(const VolShadow *shadow, VolShadowCounts *counts, VolError *err)
 {
-    size_t threads = (size_t)shadow->threads, made = 0;
-    Rays r = {.shadow = shadow, .channels = vol_shadow_channels(shadow->prepared->scene)};
-    r.scratch = vol_alloc_zero(threads, sizeof *r.scratch);
+    const size_t threads = (size_t)shadow->threads;
+    Rays r = {.shadow = shadow, .channels = vol_shadow_channels(shadow->prepared->scene),
+              .occluded = shadow->mask && shadow->mask->occluders};
+    r.scratch = vol_alloc_zero(2 * threads, sizeof *r.scratch);
     r.counts = vol_alloc_zero(threads, sizeof *r.counts);
-    VolStatus status = r.scratch && r.counts ? VOL_OK : vol_fail_memory(err, threads * sizeof *r.scratch);
-    while (!status && made < threads) {
-        status = vol_scratch_new(shadow->prepared, &r.scratch[made], err);
-        made += !status;
+    VolStatus status = r.scratch && r.counts ? VOL_OK : vol_fail_memory(err, 2 * threads * sizeof *r.scratch);
+    for (size_t t = 0; t < threads && !status; t++) {
+        status = vol_scratch_new(shadow->prepared, &r.scratch[2 * t], err);
+        if (!status && r.occluded)
+            status = vol_scratch_new(&shadow->mask->prepared, &r.scratch[2 * t + 1], err);
     }
     if (!status)
         status = vol_parallel(shadow->threads, shadow->lattice->leaf_count, trace_leaf, &r, err);
     if (!status)
         add_counts(&r, counts);
-    for (size_t t = 0; t < made; t++)
-        vol_scratch_free(&r.scratch[t]);
+    for (size_t i = 0; i < 2 * threads && r.scratch; i++)
+        vol_scratch_free(&r.scratch[i]);
     free(r.scratch);
     free(r.counts);
     return status;
