@@ -76,11 +76,91 @@ static void test_tables(void)
     vol_tf_free(&tf);
 }
 
+/* Half the integral over the cosine of a channel, -1 the density: even steps (from -1 to 1 all nodes of the tables lie at
+ * their ends), two Gauss nodes in each. */
+static double mean_of(const VolPhaseSampler *sampler, int channel, double lo, double hi)
+{
+    enum { STEPS = 20000 };
+    double sum = 0;
+    for (int i = 0; i < 2 * STEPS; i++) {
+        double rgb[3], cosine = lo + (hi - lo) * (i / 2 + 0.5 + (i % 2 - 0.5) / sqrt(3)) / STEPS;
+        vol_phase_normalised(sampler, cosine, rgb);
+        sum += channel < 0 ? vol_phase_density(sampler, cosine) : rgb[channel];
+    }
+    return sum * (hi - lo) / (4 * STEPS);
+}
+
+/* What is drawn for u is the place up to which the density makes u; densities and channels have the mean 1. */
+static void check_sampler(const VolPhase *phase, const bool *dark)
+{
+    VolPhaseSampler sampler;
+    VolError err;
+    double last = -1;
+    CHECK(vol_phase_sampler_new(phase, &sampler, &err) == VOL_OK);
+    for (int c = 0; c < 3; c++)
+        CHECK_NEAR(mean_of(&sampler, c, -1, 1), dark && dark[c] ? 0 : 1, 0, 1e-6);
+    CHECK_NEAR(mean_of(&sampler, -1, -1, 1), 1, 0, 1e-6);
+    for (int n = 1; n < 50; n++) {
+        double cosine = vol_phase_sample(&sampler, n / 50.0), rgb[3];
+        CHECK(cosine >= last && cosine <= 1);
+        CHECK_NEAR(mean_of(&sampler, -1, -1, cosine), n / 50.0, 0, 1e-4);
+        vol_phase_normalised(&sampler, cosine, rgb);
+        for (int c = 0; c < 3; c++)
+            CHECK(rgb[c] <= 3.0000001 * vol_phase_density(&sampler, cosine));
+        last = cosine;
+    }
+    CHECK(vol_phase_sample(&sampler, 0x1p-33) >= -1 && vol_phase_sample(&sampler, 1 - 0x1p-33) <= 1);
+    vol_phase_sampler_free(&sampler);
+}
+
+static void test_drawing(void)
+{
+    for (int n = 0; n < ASYMMETRIES - 1; n++)
+        check_sampler(&(VolPhase){.g = asymmetry[n]}, NULL);
+    for (double g = 1e-12; g < 1; g *= 10) { /* nothing is lost near g = 0 */
+        VolPhaseSampler sampler = {.phase = {.g = g}};
+        for (double s = -0.9; s < 1; s += 0.2)
+            CHECK_NEAR(vol_phase_sample(&sampler, 0.5 * (1 + s)), s + 1.5 * g * (1 - s * s), 0, 8 * g * g + 1e-15);
+    }
+    VolPhaseSampler sampler = {.phase = {.g = 0.6}};
+    CHECK_NEAR(vol_phase_sample(&sampler, 1), 1, 0, 1e-15);
+    CHECK_NEAR(vol_phase_sample(&sampler, 0), -1, 0, 1e-15);
+}
+
+static void check_table(const char *table, double r, double g, double b)
+{
+    char text[512];
+    VolTf tf;
+    VolError err = {{0}};
+    double mean[3];
+    snprintf(text, sizeof text, "%s, \"phase\": {\"table\": %s}}", HEAD, table);
+    CHECK(tf_parse(text, &tf, &err) == VOL_OK);
+    VolPhase phase = vol_phase_of(&tf);
+    vol_phase_means(&phase, mean);
+    CHECK_NEAR(mean[0], r, 1e-14, 0);
+    CHECK_NEAR(mean[1], g, 1e-14, 0);
+    CHECK_NEAR(mean[2], b, 1e-14, 0);
+    if (r + g + b > 0)
+        check_sampler(&phase, (const bool[]){r == 0, g == 0, b == 0});
+    vol_tf_free(&tf);
+}
+
+static void test_tables_over_the_sphere(void)
+{
+    check_table("[[-0.5, [1, 0, 2]], [0.5, [3, 0, 2]], [0.5, [4, 5, 6]], [0.75, [0, 0, 0]]]", 1.5, 0.3125, 1.875);
+    check_table("[[-1, [0, 1, 3]], [1, [1, 0, 0]]]", 0.5, 0.5, 1.5);
+    check_table("[[0.25, [2, 3, 4]]]", 2, 3, 4);
+    check_table("[[-1, [0, 0, 0]], [0.5, [0, 0, 0]], [0.5, [8, 0, 1]]]", 2, 0, 0.25); /* nothing is sent back */
+    check_table("[[0, [0, 0, 0]]]", 0, 0, 0);
+}
+
 int main(void)
 {
     RUN(test_henyey_greenstein);
     RUN(test_means);
     RUN(test_bounds);
     RUN(test_tables);
+    RUN(test_drawing);
+    RUN(test_tables_over_the_sphere);
     return test_end();
 }
