@@ -10,6 +10,7 @@
 #include "cmd/shell/program.h"
 #include "cmd/shell/stamp.h"
 #include "io/vdb.h"
+#include "light/on_lattice.h"
 #include "light/shadow.h"
 #include "load/assembly.h"
 #include "load/grids.h"
@@ -22,18 +23,22 @@
 typedef struct Options {
     const char *tf, *grid, *reuse;
     int method;
-    bool exact_rays;
-    double absorption, scalar_step;
-    VolLen particle_step;
+    bool exact_rays, preview, as_printed;
+    double absorption, scalar_step, cone_angle;
+    VolVec3 scattering;
+    VolLen particle_step, blur_length;
+    int64_t sweeps;
     int64_t resolution;
     VolTextList light, clip;
 } Options;
 
 static Options options;
 
+enum { SHADOW, CONE, PDE }; /* in the order of METHODS */
+
 #define AT(field) offsetof(Options, field)
 
-#define METHODS "shadow"
+#define METHODS "shadow|cone|pde"
 
 static const VolOpt table[] = {
     {.letter = 't', .name = "tf", .kind = VOL_OPT_TEXT, .offset = AT(tf), .value_name = "FILE[#NAME]", .input = true,
@@ -43,6 +48,12 @@ static const VolOpt table[] = {
     {0, "method", VOL_OPT_CHOICE, AT(method), NULL, "shadow", "how light is followed", METHODS},
     {0, "exact-rays", VOL_OPT_FLAG, AT(exact_rays), NULL, NULL, "a ray of its own from every voxel"},
     {0, "absorption", VOL_OPT_REAL, AT(absorption), "S", "1", "optical depth of direct light counts S times"},
+    {0, "cone-angle", VOL_OPT_REAL, AT(cone_angle), "DEG", "30", "cone: full angle that light spreads by"},
+    {0, "blur-length", VOL_OPT_LENGTH, AT(blur_length), "LEN", "1v", "cone: path over which it spreads by that angle"},
+    {0, "scattering", VOL_OPT_RGB, AT(scattering), "R,G,B", "0,0,0", "pde: diffusion, squares of the shortest voxel edge"},
+    {0, "preview", VOL_OPT_FLAG, AT(preview), NULL, NULL, "pde: diffusion along one axis after the other"},
+    {0, "as-printed", VOL_OPT_FLAG, AT(as_printed), NULL, NULL, "cone, pde: the papers' own schemes"},
+    {0, "sweeps", VOL_OPT_INT, AT(sweeps), "K", "20", "pde as printed: sweeps of relaxation"},
     {0, "resolution", VOL_OPT_INT, AT(resolution), "N", "0",
      "a lattice of its own, N voxels along the longest side (0: the volume's voxels)"},
     {.name = "reuse", .kind = VOL_OPT_TEXT, .offset = AT(reuse), .value_name = "LIT.vdb", .input = true, .unrecorded = true,
@@ -188,6 +199,16 @@ static VolStatus check_options(const Run *run, VolError *err)
         return vol_fail(err, VOL_USAGE, "no light: give --light SPEC");
     if (!(options.absorption >= 0))
         return vol_fail(err, VOL_USAGE, "--absorption wants a number of at least 0");
+    if (options.method == CONE && run_given(run, "absorption"))
+        return vol_fail(err, VOL_USAGE, "--absorption is for shadow and pde, not for --method cone");
+    if (!(options.cone_angle >= 0 && options.cone_angle < 180))
+        return vol_fail(err, VOL_USAGE, "--cone-angle wants degrees from 0 to less than 180");
+    if (!(options.blur_length.value >= 0))
+        return vol_fail(err, VOL_USAGE, "--blur-length wants a length of at least 0");
+    if (!(options.scattering.x >= 0 && options.scattering.y >= 0 && options.scattering.z >= 0))
+        return vol_fail(err, VOL_USAGE, "--scattering wants numbers of at least 0");
+    if (options.sweeps < 0 || options.sweeps > 1000000)
+        return vol_fail(err, VOL_USAGE, "--sweeps wants a number from 0 to 1000000");
     if (run_given(run, "resolution") && options.resolution < 2)
         return vol_fail(err, VOL_USAGE, "--resolution wants at least 2 voxels");
     if (options.resolution > 65536)
@@ -255,6 +276,13 @@ static VolStatus say_clips(Job *job, VolError *err)
     return status;
 }
 
+/* World units. */
+static double blur_length(const Job *job)
+{
+    double voxel = vol_volume_voxel(&job->assembly.volume);
+    return options.blur_length.value * (options.blur_length.voxels ? voxel : 1);
+}
+
 static VolStatus say_options(Job *job, VolError *err)
 {
     uint64_t digest[2] = {0};
@@ -265,8 +293,17 @@ static VolStatus say_options(Job *job, VolError *err)
         return status;
     if (job->mask_grid)
         vol_hash_hex(digest, hex);
-    char *text = vol_format_text("exact-rays absorption=%.17g resolution=%" PRId64 " mask=%s", options.absorption,
-                                 options.resolution, hex);
+    char *own = options.method == CONE
+                    ? vol_format_text(" cone-angle=%.17g blur-length=%.17g", options.cone_angle, blur_length(job))
+                : options.method == PDE
+                    ? vol_format_text(" scattering=%.17g,%.17g,%.17g%s sweeps=%" PRId64, options.scattering.x,
+                                      options.scattering.y, options.scattering.z, options.preview ? " preview" : "",
+                                      options.sweeps)
+                    : vol_copy_text("");
+    char *text = own ? vol_format_text("exact-rays absorption=%.17g resolution=%" PRId64 " mask=%s%s%s", options.absorption,
+                                       options.resolution, hex, own, options.as_printed ? " as-printed" : "")
+                     : NULL;
+    free(own);
     status = text ? vol_meta_set_text(&job->meta, "light:options", text, err) : vol_fail_memory(err, 64);
     free(text);
     return status;
@@ -299,15 +336,32 @@ static VolStatus describe(Job *job, const Method *method, VolError *err)
 
 /* ---- Writing ---- */
 
+#define ALL_LIGHTS SIZE_MAX
+
+/* Light k's; or, for the sum of all, one behind the other. */
+static VolStatus say_lights(const Job *job, size_t k, VolVdbMetaList *meta, VolError *err)
+{
+    if (k != ALL_LIGHTS) {
+        VolStatus status = vol_meta_set_text(meta, "light:spec", options.light.words[k], err);
+        return status ? status
+                      : vol_meta_set(meta, "light:rgb", "vec3d", job->assembly.lights[k].rgb, 3 * sizeof(double), err);
+    }
+    char *text = vol_copy_text("");
+    for (size_t i = 0; i < options.light.count && text; i++) {
+        char *longer = vol_format_text("%s%s%s", text, i ? " " : "", options.light.words[i]);
+        free(text);
+        text = longer;
+    }
+    VolStatus status = text ? vol_meta_set_text(meta, "light:spec", text, err) : vol_fail_memory(err, 64);
+    free(text);
+    return status;
+}
+
 /* What the grid of light k says, its domain left out. */
 static VolStatus meta_of_light(const Job *job, size_t k, VolVdbMetaList *meta, VolError *err)
 {
     VolStatus status = vol_meta_copy(meta, &job->meta, err);
-    if (!status)
-        status = vol_meta_set_text(meta, "light:spec", options.light.words[k], err);
-    if (!status)
-        status = vol_meta_set(meta, "light:rgb", "vec3d", job->assembly.lights[k].rgb, 3 * sizeof(double), err);
-    return status;
+    return status ? status : say_lights(job, k, meta, err);
 }
 
 static VolStatus meta_of_grid(const Job *job, const VolLightLattice *lattice, size_t k, VolVdbMetaList *meta,
@@ -339,12 +393,13 @@ static VolStatus reuse(Job *job, const char *part, const char *name, size_t k, b
     return status;
 }
 
-/* `values`: per leaf 512 times `channels`. */
+/* `values`: per leaf 512 times `channels`; `elsewhere`: the background. */
 static VolStatus put_grid(Job *job, const char *name, const VolLightLattice *lattice, int channels, const float *values,
-                          size_t k, VolError *err)
+                          double elsewhere, size_t k, VolError *err)
 {
     VolVdbNewGrid grid = {.name = name, .store = channels == 3 ? VOL_STORE_VEC3S : VOL_STORE_FLOAT,
-                          .index_to_world = lattice->index_to_world, .background = {1, 1, 1}, .grid_class = "unknown"};
+                          .index_to_world = lattice->index_to_world,
+                          .background = {elsewhere, elsewhere, elsewhere}, .grid_class = "unknown"};
     VolStatus status = meta_of_grid(job, lattice, k, &grid.meta, err);
     if (!status)
         status = vol_vdb_begin_grid(job->writer, &grid, err);
@@ -363,6 +418,41 @@ typedef struct Counts {
     VolShadowCounts rays;
     uint64_t points, leaves, reused;
 } Counts;
+
+static VolStatus solve_indirect(Job *job, const VolLightLattice *lattice, const char *name, size_t k, VolError *err)
+{
+    const VolConeOptions cone = {.angle = options.cone_angle, .blur_length = blur_length(job),
+                                 .as_printed = options.as_printed, .threads = job->run->threads};
+    size_t values = lattice->leaf_count * VOL_LIGHT_LEAF_POINTS;
+    float *light = vol_alloc_zero(values, 3 * sizeof *light);
+    VolStatus status = light ? VOL_OK : vol_fail_memory(err, values * 3 * sizeof *light);
+    if (!status)
+        status = vol_cone_on_lattice(&job->assembly.scene, &job->assembly.lights[k], lattice, &cone, light, err);
+    if (status == VOL_USAGE)
+        vol_fail_within(err, status, "light '%s'", options.light.words[k]);
+    vol_stats_stage(job->run->stats, "indirect");
+    if (!status)
+        status = put_grid(job, name, lattice, 3, light, 0, k, err);
+    free(light);
+    return status;
+}
+
+static VolStatus indirect_of(Job *job, size_t k, VolError *err)
+{
+    VolLightLattice lattice;
+    char name[40];
+    bool found;
+    snprintf(name, sizeof name, "light.%zu.indirect", k);
+    VolStatus status = reuse(job, "indirect", name, k, &found, err);
+    if (status || found)
+        return status;
+    status = vol_light_lattice_new(&job->assembly.scene, &job->assembly.lights[k], options.resolution, job->run->threads,
+                                   &lattice, err);
+    if (!status)
+        status = solve_indirect(job, &lattice, name, k, err);
+    vol_light_lattice_free(&lattice);
+    return status;
+}
 
 static VolStatus shadow_of(Job *job, const VolPrepared *prepared, size_t k, const char *name, Counts *counts,
                            VolError *err)
@@ -384,7 +474,7 @@ static VolStatus shadow_of(Job *job, const VolPrepared *prepared, size_t k, cons
         status = vol_shadow_rays(&shadow, &counts->rays, err);
     vol_stats_stage(job->run->stats, "shadows");
     if (!status)
-        status = put_grid(job, name, &lattice, channels, shadow.T, k, err);
+        status = put_grid(job, name, &lattice, channels, shadow.T, 1, k, err);
     vol_stats_stage(job->run->stats, "encode");
     counts->points += lattice.points;
     counts->leaves += lattice.leaf_count;
@@ -407,6 +497,8 @@ static VolStatus solve_shadow(Job *job, VolError *err)
         counts.reused += found;
         if (!status && !found)
             status = shadow_of(job, &prepared, k, name, &counts, err);
+        if (!status && options.method == CONE)
+            status = indirect_of(job, k, err);
         run_progress(job->run, (double)(k + 1) / (double)options.light.count);
     }
     vol_stats_count(stats, "lights", options.light.count);
@@ -421,8 +513,50 @@ static VolStatus solve_shadow(Job *job, VolError *err)
     return status;
 }
 
-/* In the order of METHODS. */
-static const Method methods[] = {{"shadow", solve_shadow}};
+static VolStatus total_of(Job *job, const VolPrepared *prepared, const VolLightLattice *lattice, VolError *err)
+{
+    const double edge = vol_volume_voxel(&job->assembly.volume), square = edge * edge;
+    const VolPdeOptions pde = {.lights = job->assembly.lights, .light_count = options.light.count,
+                               .spread = {options.scattering.x * square, options.scattering.y * square,
+                                          options.scattering.z * square},
+                               .absorption = options.absorption, .preview = options.preview,
+                               .as_printed = options.as_printed, .sweeps = (int)options.sweeps,
+                               .mask = job->mask_grid, .occluders = job->mask_grid ? &job->mask : NULL,
+                               .threads = job->run->threads};
+    size_t values = lattice->leaf_count * VOL_LIGHT_LEAF_POINTS;
+    double residual = 0;
+    float *light = vol_alloc_zero(values, 3 * sizeof *light);
+    VolStatus status = light ? vol_pde_on_lattice(prepared, lattice, &pde, light, &residual, err)
+                             : vol_fail_memory(err, values * 3 * sizeof *light);
+    if (residual > 1e-4)
+        vol_warn(&job->run->log, "light among blanks and occluders may be off by %.1g of its largest", residual);
+    vol_stats_stage(job->run->stats, "light");
+    if (!status)
+        status = put_grid(job, "light.total", lattice, 3, light, 0, ALL_LIGHTS, err);
+    free(light);
+    return status;
+}
+
+static VolStatus solve_pde(Job *job, VolError *err)
+{
+    const VolLight everywhere = {.kind = VOL_LIGHT_SUN, .direction = {0, 0, 1}}; /* a spot's lattice would end at its cone */
+    VolPrepared prepared;
+    VolLightLattice lattice = {0};
+    VolStatus status = vol_scene_prepare(&job->assembly.scene, &prepared, err);
+    if (!status)
+        status = vol_light_lattice_new(&job->assembly.scene, &everywhere, options.resolution, job->run->threads, &lattice,
+                                       err);
+    if (!status)
+        status = total_of(job, &prepared, &lattice, err);
+    vol_stats_count(job->run->stats, "lights", options.light.count);
+    vol_stats_count(job->run->stats, "points", lattice.points);
+    vol_light_lattice_free(&lattice);
+    vol_prepared_free(&prepared);
+    return status;
+}
+
+/* In the order of METHODS; `cone` has shadows, too. */
+static const Method methods[] = {{"shadow", solve_shadow}, {"cone", solve_shadow}, {"pde", solve_pde}};
 
 /* ---- The program ---- */
 

@@ -38,9 +38,18 @@ static void fill_command(const Scene *scene, const char *extra, const char *outp
 /* One voxel that is looked for. */
 typedef struct Wanted {
     int32_t at[3];
-    double value;
+    int components; /* 1, or 3 of RGB */
+    double value[3];
     bool seen;
 } Wanted;
+
+static VolStatus see_type(void *user, const VolVdbGridInfo *info, VolError *err)
+{
+    (void)err;
+    Wanted *wanted = user;
+    wanted->components = vol_vdb_components(info->value);
+    return VOL_OK;
+}
 
 static VolStatus see_leaf(void *user, const int32_t origin[3], const double *values, const uint64_t active[8], VolError *err)
 {
@@ -54,13 +63,14 @@ static VolStatus see_leaf(void *user, const int32_t origin[3], const double *val
         n = n * 8 + in_leaf;
     }
     wanted->seen = active[n / 64] >> n % 64 & 1;
-    wanted->value = values[n];
+    for (int c = 0; c < wanted->components; c++)
+        wanted->value[c] = values[n * wanted->components + c];
     return VOL_OK;
 }
 
 static bool grid_agrees(const Scene *scene, const VolVdb *vdb, const char *name, json_t *voxels, char *why, size_t why_size)
 {
-    const VolVdbVisitor visitor = {.leaf_double = see_leaf};
+    const VolVdbVisitor visitor = {.begin = see_type, .leaf_double = see_leaf};
     VolError err;
     size_t index, i;
     json_t *entry;
@@ -80,8 +90,16 @@ static bool grid_agrees(const Scene *scene, const VolVdb *vdb, const char *name,
             snprintf(why, why_size, "%s is not active", what);
             return false;
         }
-        if (!near(wanted.value, json_number_value(json_array_get(entry, 3)), scene->rel, scene->abs, what, why, why_size))
+        json_t *value = json_array_get(entry, 3);
+        if (wanted.components != (json_is_array(value) ? 3 : 1)) {
+            snprintf(why, why_size, "%s has %d components", what, wanted.components);
             return false;
+        }
+        for (int c = 0; c < wanted.components; c++) {
+            json_t *one = json_is_array(value) ? json_array_get(value, (size_t)c) : value;
+            if (!near(wanted.value[c], json_number_value(one), scene->rel, scene->abs, what, why, why_size))
+                return false;
+        }
     }
     return true;
 }
