@@ -1,7 +1,7 @@
 /* Random numbers that depend on (seed, place, sample, dimension) alone: whoever asks, in whatever order, gets the same.
  *
- * A place is a pixel or a voxel; a dimension is the number of the decision within one sample.  Blocks of four words come of
- * Philox 4x32-10 (Salmon et al. 2011), a bijection of a 128-bit counter for each 64-bit key: no two counters share a block. */
+ * A place is a pixel or a voxel; a dimension is the number of the decision within one sample.  Blocks of four words come
+ * of Philox 4x32-10 (Salmon et al. 2011), a bijection of a 128-bit counter for each 64-bit key: no two share a block. */
 #ifndef VOL_BASE_RANDOM_H
 #define VOL_BASE_RANDOM_H
 
