@@ -231,3 +231,84 @@ VolStatus vol_environment_suns(const VolEnvironment *environment, size_t most, V
     free(regions);
     return VOL_OK;
 }
+
+/* ---- Drawing directions ---- */
+
+VolStatus vol_environment_sampler_new(const VolEnvironment *environment, VolEnvironmentSampler *out, VolError *err)
+{
+    const VolEnvironment *e = environment;
+    size_t width = (size_t)e->width, height = (size_t)e->height;
+    *out = (VolEnvironmentSampler){.environment = e};
+    out->rows = vol_alloc_zero(height + 1, sizeof *out->rows);
+    out->columns = vol_alloc_zero(height, (width + 1) * sizeof *out->columns);
+    if (!out->rows || !out->columns) {
+        vol_environment_sampler_free(out);
+        return vol_fail_memory(err, height * (width + 1) * sizeof *out->columns);
+    }
+    for (size_t y = 0; y < height; y++) {
+        double *row = out->columns + y * (width + 1);
+        for (size_t x = 0; x < width; x++)
+            row[x + 1] = row[x] + luminance(e, (int)x, (int)y);
+        out->rows[y + 1] = out->rows[y] + row[width] * e->solid_angle[y];
+    }
+    return VOL_OK;
+}
+
+void vol_environment_sampler_free(VolEnvironmentSampler *sampler)
+{
+    free(sampler->rows);
+    free(sampler->columns);
+    *sampler = (VolEnvironmentSampler){0};
+}
+
+/* The step of an ascending sum that holds u of all of it, and where in the step, 0 to 1. */
+static int find_step(const double *sum, int steps, double u, double *within)
+{
+    double at = u * sum[steps];
+    int below = 0, above = steps; /* sum[below] <= at, and < sum[above] but for rounding */
+    while (above - below > 1) {
+        int middle = below + (above - below) / 2;
+        if (sum[middle] <= at)
+            below = middle;
+        else
+            above = middle;
+    }
+    double step = sum[below + 1] - sum[below];
+    *within = step > 0 ? fmin(fmax((at - sum[below]) / step, 0), 1) : 0.5;
+    return below;
+}
+
+static VolFromAround from_pixel(const VolEnvironmentSampler *sampler, int x, int y, VolVec3 from)
+{
+    const VolEnvironment *e = sampler->environment;
+    VolFromAround out = {.from = from};
+    double total = sampler->rows[e->height];
+    for (int c = 0; c < 3; c++)
+        out.rgb[c] = radiance(e, x, y, c);
+    out.density = total > 0 ? luminance(e, x, y) / total : 0;
+    return out;
+}
+
+VolFromAround vol_environment_sample(const VolEnvironmentSampler *sampler, double u, double v)
+{
+    const VolEnvironment *e = sampler->environment;
+    double down, along;
+    if (!(sampler->rows[e->height] > 0))
+        return (VolFromAround){.from = {0, 1, 0}};
+    int y = find_step(sampler->rows, e->height, u, &down);
+    int x = find_step(sampler->columns + (size_t)y * ((size_t)e->width + 1), e->width, v, &along);
+    /* Even in solid angle is even in the cosine from the top. */
+    double top = vol_cos(PI * y / e->height), bottom = vol_cos(PI * (y + 1) / e->height);
+    double cosine = top + down * (bottom - top), across = sqrt(fmax((1 - cosine) * (1 + cosine), 0));
+    double longitude = PI * (1 - 2 * (x + along) / e->width);
+    return from_pixel(sampler, x, y, vol_vec3(across * vol_sin(longitude), cosine, across * vol_cos(longitude)));
+}
+
+VolFromAround vol_environment_from(const VolEnvironmentSampler *sampler, VolVec3 direction)
+{
+    const VolEnvironment *e = sampler->environment;
+    double row = vol_acos(fmin(fmax(direction.y, -1), 1)) / PI * e->height;
+    double column = (1 - vol_atan2(direction.x, direction.z) / PI) * 0.5 * e->width;
+    int x = (int)column, y = (int)row;
+    return from_pixel(sampler, x < e->width ? x : e->width - 1, y < e->height ? y : e->height - 1, direction);
+}

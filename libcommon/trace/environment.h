@@ -40,4 +40,28 @@ void vol_environment_power(const VolEnvironment *environment, double rgb[3]);
  * first, equal ones by row, then column of their regions' first pixels.  *count: how many; `suns` holds `most`. */
 VolStatus vol_environment_suns(const VolEnvironment *environment, size_t most, VolLight *suns, size_t *count, VolError *err);
 
+/* ---- For light that is followed back to where it comes from ---- */
+
+/* What comes from one direction: radiance, and how likely it is drawn, per solid angle. */
+typedef struct VolFromAround {
+    VolVec3 from; /* unit */
+    double rgb[3];
+    double density;
+} VolFromAround;
+
+/* Directions drawn by luminance, evenly within a pixel. */
+typedef struct VolEnvironmentSampler {
+    const VolEnvironment *environment; /* outlives this */
+    double *rows;    /* luminance above each row, and in all */
+    double *columns; /* of each row: left of each column, and in all */
+} VolEnvironmentSampler;
+
+VolStatus vol_environment_sampler_new(const VolEnvironment *environment, VolEnvironmentSampler *out, VolError *err);
+void vol_environment_sampler_free(VolEnvironmentSampler *sampler);
+
+/* For u and v even in (0, 1); of a black one nothing, of density 0. */
+VolFromAround vol_environment_sample(const VolEnvironmentSampler *sampler, double u, double v);
+
+VolFromAround vol_environment_from(const VolEnvironmentSampler *sampler, VolVec3 direction);
+
 #endif

@@ -3,6 +3,7 @@
 
 #include <stdlib.h>
 
+#include "base/random.h"
 #include "trace/environment.h"
 
 static const double PI = 3.14159265358979323846, white[3] = {1, 1, 1};
@@ -225,6 +226,49 @@ static void test_specifications(void)
     check_spec("env:sky.hdr:1,1e37,3", VOL_USAGE, NULL, 0);
 }
 
+/* The mean of any function over its density is its integral: of radiance, and of radiance times each coordinate, to 4
+ * deviations; what is drawn is what is seen from there. */
+static void test_drawing(void)
+{
+    enum { COUNT = 40000 };
+    static Picture picture;
+    VolEnvironmentSampler sampler;
+    VolError err;
+    fill(&picture);
+    VolEnvironment e = environment_of(&picture);
+    CHECK(vol_environment_sampler_new(&e, &sampler, &err) == VOL_OK);
+    double want[4] = {0}, sum[4] = {0}, squares[4] = {0};
+    for (int y = 0; y < HEIGHT; y++)
+        for (int x = 0; x < WIDTH; x++) {
+            /* The integral of the direction over a pixel, in closed form. */
+            double a = PI * y / HEIGHT, b = PI * (y + 1) / HEIGHT, p = PI / WIDTH, l = PI * (1 - (2 * x + 1.0) / WIDTH);
+            double flat = 0.5 * (b - a) - 0.25 * (sin(2 * b) - sin(2 * a)), light = picture.rgb[y][x][0];
+            want[0] += light * e.solid_angle[y];
+            want[1] += light * flat * 2 * sin(p) * sin(l);
+            want[2] += light * (sin(b) * sin(b) - sin(a) * sin(a)) * p;
+            want[3] += light * flat * 2 * sin(p) * cos(l);
+        }
+    for (uint32_t n = 0; n < COUNT; n++) {
+        VolFromAround drawn = vol_environment_sample(&sampler, vol_random_at(1, 2, n, 0), vol_random_at(1, 2, n, 1));
+        VolFromAround seen = vol_environment_from(&sampler, drawn.from);
+        double weight = drawn.rgb[0] / drawn.density;
+        double values[4] = {weight, weight * drawn.from.x, weight * drawn.from.y, weight * drawn.from.z};
+        CHECK(memcmp(seen.rgb, drawn.rgb, sizeof seen.rgb) == 0 && seen.density == drawn.density);
+        CHECK_NEAR(vol_length(drawn.from), 1, 0, 1e-14);
+        for (int i = 0; i < 4; i++) {
+            sum[i] += values[i];
+            squares[i] += values[i] * values[i];
+        }
+    }
+    for (int i = 0; i < 4; i++) {
+        double mean = sum[i] / COUNT, deviation = sqrt((squares[i] / COUNT - mean * mean) / COUNT);
+        CHECK(deviation < 0.02 * want[0]);
+        CHECK_NEAR((mean - want[i]) / deviation, 0, 0, 4);
+    }
+    vol_environment_sampler_free(&sampler);
+    vol_environment_free(&e);
+}
+
 int main(void)
 {
     RUN(test_directions);
@@ -236,5 +280,6 @@ int main(void)
     RUN(test_refused);
     RUN(test_black);
     RUN(test_specifications);
+    RUN(test_drawing);
     return test_end();
 }
