@@ -18,6 +18,7 @@
 #include "render/camera.h"
 #include "render/film.h"
 #include "render/frame.h"
+#include "render/light_layers.h"
 #include "render/probe.h"
 #include "tf/foreign.h"
 
@@ -69,7 +70,7 @@ static const VolOpt table[] = {
      .input = true, .help = "what lies behind: a colour or a picture of the same size"},
     {0, "light", VOL_OPT_LIST, AT(light), "SPEC", NULL,
      "sun:DX,DY,DZ[:R,G,B], point:.., spot:.. (repeatable; none: headlight)"},
-    {0, "aov", VOL_OPT_TEXT, AT(aov), "LIST", NULL, "layers: Z,normal,surface,scatter,emit,steps"},
+    {0, "aov", VOL_OPT_TEXT, AT(aov), "LIST", NULL, "layers: Z,normal,surface,scatter,emit,steps,direct,indirect"},
     {0, "depth", VOL_OPT_CHOICE, AT(depth), NULL, "float", "channels' type; half clamps and counts", "float|half"},
     {.name = "skip", .kind = VOL_OPT_FLAG, .offset = AT(skip), .fallback = "yes", .hidden = true, .unrecorded = true,
      .help = "leave out what cannot be seen"},
@@ -84,6 +85,7 @@ typedef struct Job {
     VolCamera camera;
     float *picture; /* the background, if it is one */
     VolFrame frame;
+    VolLightLayers light_layers;
     uint64_t digests[5][2]; /* of the transfer function and its name in the file, the volume, the camera, the background */
     size_t digest_count;
     bool told_why; /* a warning has given the reason for a picture of nothing */
@@ -368,6 +370,10 @@ static VolStatus set_scene(Job *job, VolError *err)
         status = vol_scene_prepare(scene, &job->prepared, err);
     if (!status && vol_assembly_explains_nothing(&job->assembly, &job->run->log))
         job->told_why = true;
+    if (!status)
+        status = vol_light_layers_make(scene, job->assembly.light_grids.number, &job->light_layers, err);
+    job->frame.passes = job->light_layers.passes;
+    job->frame.pass_count = job->light_layers.count;
     job->frame.prepared = &job->prepared;
     job->frame.camera = &job->camera;
     job->frame.samples = (int)options.samples;
@@ -536,6 +542,7 @@ static VolStatus vol_render(const Run *run, VolError *err)
         status = set_scene(&job, err);
     if (!status)
         status = options.probe.count ? probe(&job, err) : render(&job, err);
+    vol_light_layers_free(&job.light_layers);
     vol_prepared_free(&job.prepared);
     vol_assembly_free(&job.assembly);
     free(job.picture);

@@ -36,6 +36,11 @@ size_t vol_film_channels(const VolFrame *frame, const VolPixelValue *pixel, cons
     for (int n = 0; n < VOL_LAYERS; n++)
         if (vol_has_layer(scene->layers, (VolLayer)n))
             put(&out, vol_layers[n].channels, layer_values(pixel, &vol_layers[n]), vol_layers[n].components);
+    for (size_t n = 0; n < frame->pass_count; n++) {
+        const VolFramePass *pass = &frame->passes[n];
+        const char *const pass_names[] = {pass->names[0], pass->names[1], pass->names[2]};
+        put(&out, pass_names, pixel->pass[n], 3);
+    }
     return out.count;
 }
 
@@ -44,7 +49,8 @@ static bool is_data(const char *channel)
 {
     bool data = strcmp(channel, "A") == 0;
     for (int n = 0; n < VOL_LAYERS; n++)
-        data = data || (vol_layers[n].kind != VOL_LAYER_OF_SUM && strcmp(channel, vol_layers[n].channels[0]) == 0);
+        data = data || (vol_layers[n].kind != VOL_LAYER_OF_SUM && vol_layers[n].components &&
+                        strcmp(channel, vol_layers[n].channels[0]) == 0);
     return data;
 }
 

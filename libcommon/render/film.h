@@ -7,8 +7,8 @@
 #include "render/frame.h"
 
 /* Channels of one pixel, in the order of vol_film_channel_name: R G B A, AR AG AB where attenuation is coloured, then the
- * layers asked for.  `values` holds at least VOL_FILM_CHANNELS. */
-enum { VOL_FILM_CHANNELS = 7 + 3 * VOL_LAYERS };
+ * layers asked for, then the frame's passes.  `values` holds at least VOL_FILM_CHANNELS. */
+enum { VOL_FILM_CHANNELS = 7 + 3 * (VOL_LAYERS + VOL_PASSES) };
 size_t vol_film_channels(const VolFrame *frame, const VolPixelValue *pixel, const char *names[VOL_FILM_CHANNELS],
                          double values[VOL_FILM_CHANNELS]);
 

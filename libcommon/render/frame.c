@@ -122,6 +122,23 @@ static void ray_of(const VolFrame *frame, const Block *block, int pixel, int sam
                    (double)block->y[pixel] + (sample / n + 0.5) / n, ray);
 }
 
+/* The same rays through another scene; `scratch` is for that. */
+static void add_pass(const VolFrame *frame, size_t pass, VolScratch *scratch, const VolRay *rays, Block *block)
+{
+    VolFrame other = *frame;
+    VolFrameCounts counts = {0};
+    VolRadiance results[BLOCK_PIXELS];
+    other.prepared = frame->passes[pass].prepared;
+    other.listener = NULL;
+    RayBatch batch = {.frame = &other, .scratch = scratch, .counts = &counts};
+    for (int p = 0; p < block->count; p++)
+        batch_add(&batch, &rays[p], &results[p]);
+    batch_flush(&batch);
+    for (int p = 0; p < block->count; p++)
+        for (int c = 0; c < 3; c++)
+            block->values[p].pass[pass][c] += results[p].sum[VOL_SUM_SCATTER][c];
+}
+
 static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depths, int deep)
 {
     int n = frame->samples;
@@ -131,13 +148,15 @@ static void finish_pixel(const VolFrame *frame, VolPixelValue *out, double depth
         out->alpha[c] *= weight;
         for (int s = 0; s < VOL_SUMS; s++)
             out->sum[s][c] *= weight;
+        for (size_t pass = 0; pass < frame->pass_count; pass++)
+            out->pass[pass][c] *= weight;
     }
     bool coloured = frame->prepared->scene->tf->coloured;
     out->mean_alpha = coloured ? (out->alpha[0] + out->alpha[1] + out->alpha[2]) / 3 : out->alpha[0];
     out->depth = 2 * deep >= n * n ? depths / deep : FAR_AWAY; /* of the samples that are opaque enough, if most are */
 }
 
-/* The first sample of every pixel, then the second of every pixel, and so on. */
+/* The first sample of every pixel, then the second of every pixel, and so on.  `scratch`: the scene's, then each pass's. */
 static void render_block(const VolFrame *frame, VolScratch *scratch, Block *block, VolFrameCounts *counts)
 {
     RayBatch batch = {.frame = frame, .scratch = scratch, .counts = counts};
@@ -160,6 +179,8 @@ static void render_block(const VolFrame *frame, VolScratch *scratch, Block *bloc
             add_ray(frame, &rays[p], &results[p], behind[p], &block->values[p], &depths[p], &deep[p]);
             add_strength(&strongest, &results[p]);
         }
+        for (size_t pass = 0; pass < frame->pass_count; pass++)
+            add_pass(frame, pass, &scratch[1 + pass], rays, block);
     }
     counts->strongest = larger(strength(&strongest), counts->strongest);
     for (int p = 0; p < block->count; p++)
@@ -175,25 +196,39 @@ static void add_skipped(VolSkipped *sum, const VolSkipped *some)
     sum->rays_in_double += some->rays_in_double;
 }
 
+/* A thread's: of the scene, then of each pass. */
+static VolStatus new_scratches(const VolFrame *frame, VolScratch *out, VolError *err)
+{
+    VolStatus status = vol_scratch_new(frame->prepared, &out[0], err);
+    for (size_t pass = 0; pass < frame->pass_count && !status; pass++)
+        status = vol_scratch_new(frame->passes[pass].prepared, &out[1 + pass], err);
+    return status;
+}
+
+static void free_scratches(const VolFrame *frame, VolScratch *scratch)
+{
+    for (size_t n = 0; n <= frame->pass_count; n++)
+        vol_scratch_free(&scratch[n]);
+}
+
 VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolError *err)
 {
-    VolScratch scratch;
+    VolScratch scratch[1 + VOL_PASSES] = {{.zeros = NULL}};
     VolFrameCounts counts = {0};
-    VolStatus status = vol_scratch_new(frame->prepared, &scratch, err);
-    if (status)
-        return status;
+    VolStatus status = new_scratches(frame, scratch, err);
     Block block = {.x = {x}, .y = {y}, .count = 1};
-    render_block(frame, &scratch, &block, &counts);
+    if (!status)
+        render_block(frame, scratch, &block, &counts);
     *out = block.values[0];
-    vol_scratch_free(&scratch);
-    return VOL_OK;
+    free_scratches(frame, scratch);
+    return status;
 }
 
 /* A job under way. */
 typedef struct Work {
     const VolFrameJob *job;
     VolFrameCounts *counts;
-    VolScratch *scratch; /* one per thread */
+    VolScratch *scratch; /* of each thread, one for the scene and one for each pass */
     pthread_mutex_t lock;
     int64_t tiles_across;
     size_t tiles, tiles_done;
@@ -233,7 +268,7 @@ static VolStatus render_tile(void *user, size_t index, int thread, VolError *err
                 block.y[block.count] = job->y0 + py;
                 block.index[block.count++] = (size_t)(py * job->width + px);
             }
-            render_block(job->frame, &work->scratch[thread], &block, &counts);
+            render_block(job->frame, &work->scratch[(size_t)thread * (1 + job->frame->pass_count)], &block, &counts);
             for (int n = 0; n < block.count; n++)
                 job->put(job->put_user, block.index[n], &block.values[n]);
         }
@@ -247,17 +282,18 @@ VolStatus vol_frame_render(const VolFrameJob *job, VolFrameCounts *counts, VolEr
     Work work = {.job = job, .counts = counts, .tiles_across = (job->width + TILE - 1) / TILE};
     work.tiles = (size_t)(work.tiles_across * ((job->height + TILE - 1) / TILE));
     *counts = (VolFrameCounts){0};
-    work.scratch = vol_alloc_zero(threads, sizeof *work.scratch);
-    VolStatus status = work.scratch ? VOL_OK : vol_fail_memory(err, threads * sizeof *work.scratch);
+    const size_t each = 1 + job->frame->pass_count;
+    work.scratch = vol_alloc_zero(threads * each, sizeof *work.scratch);
+    VolStatus status = work.scratch ? VOL_OK : vol_fail_memory(err, threads * each * sizeof *work.scratch);
     for (size_t i = 0; i < threads && !status; i++)
-        status = vol_scratch_new(job->frame->prepared, &work.scratch[i], err);
+        status = new_scratches(job->frame, &work.scratch[i * each], err);
     pthread_mutex_init(&work.lock, NULL);
     if (!status)
         status = vol_parallel(job->threads, work.tiles, render_tile, &work, err);
     pthread_mutex_destroy(&work.lock);
     for (size_t i = 0; i < threads && work.scratch; i++) {
-        add_skipped(&counts->skipped, &work.scratch[i].skipped);
-        vol_scratch_free(&work.scratch[i]);
+        add_skipped(&counts->skipped, &work.scratch[i * each].skipped);
+        free_scratches(job->frame, &work.scratch[i * each]);
     }
     free(work.scratch);
     return status;

@@ -14,6 +14,8 @@ typedef struct VolBackdrop {
     const float *picture; /* NULL: the colour */
 } VolBackdrop;
 
+enum { VOL_PASSES = 33 };
+
 typedef struct VolPixelValue {
     double color[3]; /* premultiplied, background composited in */
     double alpha[3]; /* the volume's own, per channel */
@@ -21,7 +23,14 @@ typedef struct VolPixelValue {
     double depth;    /* along the view axis; 1e10 where alpha never passes 0.5 */
     double sum[VOL_SUMS][3];
     double cells;
+    double pass[VOL_PASSES][3];
 } VolPixelValue;
+
+/* The same picture of another scene, of which the scattered light is wanted alone. */
+typedef struct VolFramePass {
+    const VolPrepared *prepared;
+    char names[3][24]; /* of its channels */
+} VolFramePass;
 
 typedef struct VolFrame {
     const VolPrepared *prepared;
@@ -29,6 +38,8 @@ typedef struct VolFrame {
     const VolCamera *camera;
     VolBackdrop backdrop;
     int samples; /* N: the centres of N x N strata, box filter */
+    const VolFramePass *passes;
+    size_t pass_count; /* VOL_PASSES at most */
 } VolFrame;
 
 typedef struct VolFrameCounts {

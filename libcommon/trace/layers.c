@@ -10,6 +10,8 @@ const VolLayerInfo vol_layers[VOL_LAYERS] = {
     [VOL_LAYER_SCATTER] = {"scatter", VOL_LAYER_OF_SUM, VOL_SUM_SCATTER, 3, {"scatter.R", "scatter.G", "scatter.B"}},
     [VOL_LAYER_EMIT] = {"emit", VOL_LAYER_OF_SUM, VOL_SUM_EMIT, 3, {"emit.R", "emit.G", "emit.B"}},
     [VOL_LAYER_STEPS] = {"steps", VOL_LAYER_OF_CELLS, 0, 1, {"steps"}},
+    [VOL_LAYER_DIRECT] = {"direct", VOL_LAYER_OF_LIGHT, 0, 0, {0}},
+    [VOL_LAYER_INDIRECT] = {"indirect", VOL_LAYER_OF_LIGHT, 0, 0, {0}},
 };
 
 static VolStatus fail_unknown(const char *name, int length, VolError *err)

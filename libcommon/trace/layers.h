@@ -24,13 +24,16 @@ typedef enum VolLayer {
     VOL_LAYER_SCATTER,
     VOL_LAYER_EMIT,
     VOL_LAYER_STEPS,
+    VOL_LAYER_DIRECT,
+    VOL_LAYER_INDIRECT,
     VOL_LAYERS
 } VolLayer;
 
 typedef enum VolLayerKind {
     VOL_LAYER_OF_SUM,  /* `sum` says which */
     VOL_LAYER_OF_DEPTH,
-    VOL_LAYER_OF_CELLS /* how many were integrated */
+    VOL_LAYER_OF_CELLS, /* how many were integrated */
+    VOL_LAYER_OF_LIGHT  /* a picture of its own for each part of the light: render/light_layers.h */
 } VolLayerKind;
 
 typedef struct VolLayerInfo {
@@ -46,7 +49,7 @@ extern const VolLayerInfo vol_layers[VOL_LAYERS];
 /* Sets of layers: a bit each. */
 static inline bool vol_has_layer(unsigned layers, VolLayer layer) { return layers >> layer & 1; }
 
-/* "Z,normal,surface,scatter,emit,steps" -> a set; VOL_USAGE lists the names. */
+/* "Z,normal,surface,scatter,emit,steps,direct,indirect" -> a set; VOL_USAGE lists the names. */
 VolStatus vol_layers_parse(const char *list, unsigned *layers, VolError *err);
 
 #endif

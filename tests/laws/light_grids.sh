@@ -140,6 +140,30 @@ for look in soft even classic; do
     check "$look: float is within 1e-5 of double" vol-diff --max 1e-5 one.exr double.exr
 done
 
+# ---- Layers ----
+
+must makevdb --name density --field waves --dims 20,20,20 --also --name light.0.direct --light sun:1,-1,-1 --field noise:3 \
+    --also --name light.2.0.direct --light sun:0,-1,0:0.5,0.5,1 --field waves --also --name light.2.1.direct \
+    --light sun:0,-1,-1:0.2,0,0 --field noise:4 --also --name light.5.indirect --type vec3s --field noise:5 >parts.vdb
+for estimator in exact full direct; do
+    must vol-render -q -f -t soft.json --estimator "$estimator" --aov scatter,direct,indirect --size 30x30 --probe 14,17 \
+        parts.vdb >got.json
+    check "$estimator: direct and indirect light are what is scattered" awk '
+        { gsub(/[",]/, "") } /direct|scatter/ { split($1, f, "."); part = f[1]; c = substr($1, length($1) - 1, 1)
+            if (part == "scatter") all[c] = $2; else { sum[c] += $2; if ($2 > 0) parts++ } }
+        END { if (parts != 3 * 3) { print parts " parts"; exit 1 }
+            for (c in all) { d = all[c] - sum[c]; n++; if (d * d > 1e-12 * all[c] * all[c]) { print c, all[c], sum[c]; exit 1 } }
+            exit n != 3 }' got.json
+done
+must vol-render -q -f -t soft.json --aov direct --size 8x8 -o parts.exr parts.vdb
+must vol-info parts.exr >channels
+check 'a layer of each light' grep -q 'direct\.2\.G' channels
+check_not 'and of no other' grep -q 'indirect\|direct\.1' channels
+exits 2 'layers of light without light grids: refused' vol-render -q -t soft.json --aov direct --size 8x8 plain.vdb
+says '*light grids*' 'layers of light without light grids: why'
+exits 2 'layers of a total: refused' vol-render -q -t slab.json --aov indirect --size 8x8 total.vdb
+says '*total*' 'layers of a total: why'
+
 # ---- Bad ones ----
 
 refuse() { # CODE PATTERN NAME OPTION...: of makevdb, for the second grid
