@@ -500,6 +500,40 @@ static void threads_and_levels_give_the_same_bytes(void)
     }
 }
 
+/* The same voxels in a mirrored world, and the light mirrored with it. */
+static void mirrored_worlds_have_mirrored_light(void)
+{
+    for (uint64_t seed = first_seed + 1; seed <= first_seed + 20; seed++) {
+        Random r = {seed};
+        RandomScene s;
+        Solved solved[2];
+        VolTfCompiled dark; /* shading would cut rays where its lights say */
+        random_scene(&r, 0, &s);
+        CHECK(!vol_tf_attenuation_of(s.scene.tf, &dark, &err));
+        const double d[3] = {random_in(&r, -1, 1), random_in(&r, -1, 1), random_in(&r, -1, 1)}, h = random_in(&r, 0.1, 2);
+        for (int octant = 0; octant < 8; octant++) {
+            const double sign[3] = {octant & 1 ? -1 : 1, octant & 2 ? -1 : 1, octant & 4 ? -1 : 1};
+            VolVec3 way = {sign[0] * d[0], sign[1] * d[1], sign[2] * d[2]};
+            const VolLight sun = {.kind = VOL_LIGHT_SUN, .direction = vol_scale(way, 1 / vol_length(way))};
+            s.grid->index_to_world = (VolAffine){{{sign[0] * h, 0, 0}, {0, sign[1] * h, 0}, {0, 0, sign[2] * h}, {0, 0, 0}}};
+            CHECK(vol_affine_invert(&s.grid->index_to_world, &s.grid->world_to_index));
+            VolScene scene = s.scene;
+            scene.tf = &dark;
+            scene.clip_count = scene.light_count = 0;
+            scene.layers = 0;
+            solve(&scene, &sun, 1, 1, &solved[octant > 0]);
+            size_t values = solved[0].lattice.leaf_count * VOL_LIGHT_LEAF_POINTS * (size_t)vol_shadow_channels(&scene);
+            if (octant && memcmp(solved[0].T, solved[1].T, values * sizeof(float)) != 0)
+                FAIL("seed %llu, octant %d", (unsigned long long)seed, octant);
+            if (octant)
+                solved_free(&solved[1]);
+        }
+        solved_free(&solved[0]);
+        vol_tf_compiled_free(&dark);
+        random_scene_free(&s);
+    }
+}
+
 /* ---- Hashes ---- */
 
 static void volumes_have_one_hash_however_they_are_cut(void)
@@ -601,6 +635,7 @@ int main(int argc, char **argv)
     RUN(nothing_passes_occluders);
     RUN(a_mask_of_another_place_is_refused);
     RUN(threads_and_levels_give_the_same_bytes);
+    RUN(mirrored_worlds_have_mirrored_light);
     RUN(volumes_have_one_hash_however_they_are_cut);
     RUN(transfer_functions_that_attenuate_alike_have_one_hash);
     RUN(what_attenuates_alone_attenuates_as_all_does);
