@@ -213,14 +213,17 @@ static void free_scratches(const VolFrame *frame, VolScratch *scratch)
 
 VolStatus vol_frame_pixel(const VolFrame *frame, int64_t x, int64_t y, VolPixelValue *out, VolError *err)
 {
-    VolScratch scratch[1 + VOL_PASSES] = {{.zeros = NULL}};
+    VolScratch *scratch = vol_alloc_zero(1 + frame->pass_count, sizeof *scratch);
     VolFrameCounts counts = {0};
+    if (!scratch)
+        return vol_fail_memory(err, (1 + frame->pass_count) * sizeof *scratch);
     VolStatus status = new_scratches(frame, scratch, err);
     Block block = {.x = {x}, .y = {y}, .count = 1};
     if (!status)
         render_block(frame, scratch, &block, &counts);
     *out = block.values[0];
     free_scratches(frame, scratch);
+    free(scratch);
     return status;
 }
 

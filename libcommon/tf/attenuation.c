@@ -23,7 +23,7 @@ static void make_black(VolTfInterval *in)
     in->has_emit = false;
 }
 
-VolStatus vol_tf_attenuation_of(const VolTfCompiled *tf, VolTfCompiled *out, VolError *err)
+VolStatus vol_tf_compiled_copy(const VolTfCompiled *tf, VolTfCompiled *out, VolError *err)
 {
     const size_t knots = tf->knot_count;
     bool enough = true;
@@ -32,14 +32,21 @@ VolStatus vol_tf_attenuation_of(const VolTfCompiled *tf, VolTfCompiled *out, Vol
     out->intervals = copy_of(tf->intervals, knots + 1, sizeof *tf->intervals, &enough);
     out->isosurfaces = copy_of(tf->isosurfaces, tf->isosurface_count, sizeof *tf->isosurfaces, &enough);
     out->visible_before = copy_of(tf->visible_before, knots + 2, sizeof *tf->visible_before, &enough);
-    if (!enough) {
-        vol_tf_compiled_free(out);
-        return vol_fail_memory(err, (knots + 1) * sizeof *tf->intervals);
-    }
+    if (enough)
+        return VOL_OK;
+    vol_tf_compiled_free(out);
+    return vol_fail_memory(err, (knots + 1) * sizeof *tf->intervals);
+}
+
+VolStatus vol_tf_attenuation_of(const VolTfCompiled *tf, VolTfCompiled *out, VolError *err)
+{
+    VolStatus status = vol_tf_compiled_copy(tf, out, err);
+    if (status)
+        return status;
     out->model = VOL_MODEL_UNSHADED;
     out->surfaceness_by_gradient = out->has_emit = false;
     out->max_color = out->max_emit = 0;
-    for (size_t i = 0; i <= knots; i++) {
+    for (size_t i = 0; i <= out->knot_count; i++) {
         VolTfInterval *in = &out->intervals[i];
         make_black(in);
         out->visible_before[i + 1] = out->visible_before[i] + (in->has_scatter || in->has_absorb || in->has_surface);

@@ -4,6 +4,9 @@
 
 #include "tf/tf.h"
 
+/* All of it anew, to be changed and freed by itself.  On failure there is nothing to free. */
+VolStatus vol_tf_compiled_copy(const VolTfCompiled *tf, VolTfCompiled *out, VolError *err);
+
 /* The same attenuation, nothing else: black, unshaded, without emission, and so without what merely emits. */
 VolStatus vol_tf_attenuation_of(const VolTfCompiled *tf, VolTfCompiled *out, VolError *err);
 
